@@ -1,11 +1,11 @@
 """Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method, and
-on 18 with products and ratios, whose writer had, 12 whose writer had not, and 10 that are symmetric
-or nearly so, whose writer had.
+on 18 with products and ratios, whose writer had, 12 whose writer had not, 10 that are symmetric
+or nearly so, and 5 with a ridge, whose writers had.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
 is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
 repeated. Names of systems may follow, "blind" for the 40, "further" for the 8, "logarithms" for
-the 18, "products" for the 12 or "nearly" for the 10; without them the 48 are run.
+the 18, "products" for the 12, "nearly" for the 10 or "ridges" for the 5; without them the 48 are run.
 ``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
 though they are far off, and how many of the systems with several solutions are found as such.
 """
@@ -22,6 +22,7 @@ import logarithm_systems
 import nearly_symmetric
 import numpy as np
 import pandas as pd
+import ridge_systems
 import symmetric_products
 
 import turing_learning as tl
@@ -50,9 +51,10 @@ SETS = {
     "logarithms": logarithm_systems.SYSTEMS,
     "products": symmetric_products.SYSTEMS,
     "nearly": nearly_symmetric.SYSTEMS,
+    "ridges": ridge_systems.SYSTEMS,
 }
 SYSTEMS = awkward_systems.SYSTEMS | SETS["blind"] | SETS["further"] | SETS["logarithms"]
-SYSTEMS |= SETS["products"] | SETS["nearly"]
+SYSTEMS |= SETS["products"] | SETS["nearly"] | SETS["ridges"]
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 

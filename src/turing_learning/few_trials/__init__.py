@@ -37,6 +37,9 @@ defined, and no summary of them is made by hand. Why which number: docs/decision
 `Symmetry`, `SymmetryGroup`, `walked_symmetries`, `candidate_symmetries`
     A transformation of models; several of them, and what comes of these in turn; what may turn one
     solution of a custom system into another: along which walkers jump, and what is tried.
+`Coordinates`, `Ridge`, `ridge_coordinates`, `expressions`
+    Coordinates in which a ridge may be straight; what shows along one, and models all along it; those of a custom system;
+    what shows in words.
 `SampleBuffer`
     All samples of a run.
 `Observers`, `PooledClassifier`

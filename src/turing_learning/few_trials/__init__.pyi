@@ -12,6 +12,10 @@ from ._matching import match as match
 from ._modes import modes as modes
 from ._observers import Observers as Observers
 from ._observers import PooledClassifier as PooledClassifier
+from ._ridge import Coordinates as Coordinates
+from ._ridge import Ridge as Ridge
+from ._ridge import expressions as expressions
+from ._ridge import ridge_coordinates as ridge_coordinates
 from ._schedule import FEWEST_BATCHES as FEWEST_BATCHES
 from ._schedule import batch_schedule as batch_schedule
 from ._space import SearchSpace as SearchSpace

@@ -16,6 +16,7 @@ from ._buffer import SampleBuffer
 from ._matching import Matched
 from ._observers import Observers
 from ._readout import Evidence
+from ._ridge import Ridge, ridges
 from ._space import SearchSpace
 from ._symmetry import Symmetry, SymmetryGroup, oddness, one_side, share_beyond
 
@@ -208,6 +209,28 @@ class Examiner:
             else:
                 tried.append(image)
         return group
+
+    def along_ridge(
+        self, draws: np.ndarray, trials: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, Ridge] | None:
+        """Return draws (D, P) of a solution moved all along a ridge, and the ridge.
+
+        Samples of models at each of its ends have to resemble those of the solution, as many as
+        there are recordings at least.
+        """
+        count = max(trials // TRIALS_PER_SURE_SAMPLE, len(self.genuine), FEWEST_SAMPLES)
+        count = min(count, SURE_SAMPLES, len(draws) // 3)
+        widest = self.space.widest
+        chosen = draws[rng.permutation(len(draws))[:count]]
+        samples = None
+        for ridge in ridges(draws, widest, self.space.ridges):
+            spread = ridge.spread(draws, widest, rng)
+            if samples is None:
+                samples = self._simulated(chosen, rng)
+            ends = [end[rng.permutation(len(end))[:count]] for end in ridge.ends(spread)]
+            if all(self._resemble(chosen, samples, end, rng) for end in ends):
+                return spread, ridge
+        return None
 
     def mixture(
         self,

@@ -37,6 +37,7 @@ from ._observers import Observers
 from ._readout import (
     Cloud,
     Evidence,
+    beside_walkers,
     best_solution,
     birge_ratio,
     estimate_and_interval,
@@ -45,6 +46,7 @@ from ._readout import (
     solution,
     widened,
 )
+from ._ridge import Ridge
 from ._schedule import batch_schedule
 from ._search import DECIDED_AT, FEWEST_TO_SEARCH, Search
 from ._space import SearchSpace
@@ -135,6 +137,7 @@ class _Stream(IntEnum):
     UNFOLDED = 7  # the solution if it is none
     PRODUCTS = 8  # of which images by products the draws are a mixture
     PRODUCTS_FOLDED = 9  # the solution in one region of these
+    RIDGE = 10  # whether the solution lies along a ridge
 
 
 @cache
@@ -717,13 +720,17 @@ class FewTrials:
             that of all solutions, "mode_interval" (M, 2, P), that of each, and "draws" (D, P);
             "mode" (D,), to which solution each draw belongs, and "identified" (P,), of which
             parameters the run says something. With an examiner "examined" (2,) and "statistic".
+            Along a ridge "ridge" (M, P), exponents or factors of what shows, and "ridge_logarithmic".
             Nothing if there are too few trials within reach.
         """
         matched = self.matched()
         if matched is None:
             return {}
         group = None
-        if self._examiner is not None:
+        along = self._along_ridge(matched)
+        if along is not None:
+            matched = matched.with_draws(along[0])
+        elif self._examiner is not None:
             first_trials = self._first_trials()
             if len(first_trials.parameters) >= FEWEST_FIRST:
                 matched, group = self._folded(matched, self._examiner, first_trials)
@@ -741,12 +748,23 @@ class FewTrials:
             examined = examination.report
             draws = examination.draws
             mode = examination.mode
-        factor = self._widening(matched, group)
+        factor = 1.0 if along is not None else self._widening(matched, group)
+        widest = self._space.widest
         if factor > 1:
-            widest = self._space.widest
             as_one = np.zeros(len(matched.draws), dtype=np.int64)
             matched = matched.with_draws(widened(matched.draws, as_one, factor, widest))
             draws = widened(draws, mode, factor, widest)
+        ridge: dict[str, np.ndarray] = {}
+        if along is not None:
+            ridge = {
+                "ridge": along[1].shown,
+                "ridge_logarithmic": np.array(along[1].coordinates.logarithmic),
+            }
+        elif self._examiner is not None and group is None and not (mode.any() or self.search.lost):
+            joined = beside_walkers(draws, self._in_region(self._walkers), widest)
+            if joined is not None:
+                draws = joined
+                matched = matched.with_draws(draws)
         estimate, interval = estimate_and_interval(matched, self._walkers, self._space)
         mode_interval, identified = intervals_of_modes(draws, mode, interval, self._space)
         interval = np.stack((mode_interval[:, 0].min(axis=0), mode_interval[:, 1].max(axis=0)))
@@ -759,7 +777,17 @@ class FewTrials:
             "mode_interval": self._space.to_numbers(mode_interval),
             "draws": self._space.to_numbers(draws),
             **examined,
+            **ridge,
         }
+
+    def _along_ridge(self, matched: Matched) -> tuple[np.ndarray, Ridge] | None:
+        """Return draws all along the ridge on which a solution lies, and the ridge; None if it lies on none."""
+        if self._examiner is None or self._group is not None:
+            return None
+        if not matched.passed_checks or self.search.lost:
+            return None
+        rng = self._match_rng(_Stream.RIDGE)
+        return self._examiner.along_ridge(matched.main_draws, self.trials, rng)
 
     def _widening(self, matched: Matched, group: SymmetryGroup | None = None) -> float:
         """Return by which factor draws are wider than a solution says, in the region of a group.

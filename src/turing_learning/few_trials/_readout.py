@@ -8,7 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ._matching import LEAST_P, UNTOLD_WIDTH, Matched, combined, ends_of_modes, identified_by, match
+from ._matching import (
+    INTERVAL_TAIL,
+    LEAST_P,
+    UNTOLD_WIDTH,
+    Matched,
+    combined,
+    ends_of_modes,
+    identified_by,
+    match,
+)
+from ._ridge import WIDE
 from ._space import SearchSpace
 
 FEWEST_MATCHED = 50
@@ -46,6 +56,9 @@ BIRGE_FACTOR = 2.0
 """Factor of the mean squared distance of draws from walkers, in variances of the walkers.
 
 Where intervals hold this distance is 0.3 in the median. Tuned: decision 0060."""
+
+NARROWED = 1.5
+"""How many times wider walkers of a wide parameter are, from which on draws of it are too narrow."""
 
 LEAST_VARIANCE = 1e-12
 """Variance of walkers that have all but met."""
@@ -178,6 +191,24 @@ def widened(draws: np.ndarray, mode: np.ndarray, factor: float, widest: np.ndarr
             middle + factor * (draws[of_solution] - middle), -widest, widest
         )
     return result
+
+
+def beside_walkers(draws: np.ndarray, walkers: np.ndarray, widest: np.ndarray) -> np.ndarray | None:
+    """Return draws (D, P) of a solution, half of them walkers (W, P), where these are wider by far.
+
+    None where they are not, for any parameter that is wide, within +-widest (P,). Near a ridge
+    draws may have narrowed on a part of it. Decision 0076.
+    """
+    widths, walkers_widths = (
+        np.diff(np.quantile(models, [INTERVAL_TAIL, 1 - INTERVAL_TAIL], axis=0), axis=0)[0]
+        for models in (draws, walkers)
+    )
+    wide = widths > WIDE * 2 * widest
+    if not (walkers_widths > NARROWED * widths)[wide].any():
+        return None
+    half = len(draws) // 2
+    chosen = walkers[np.arange(half) * len(walkers) // half]
+    return np.concatenate((draws[half:], np.clip(chosen, -widest, widest)))
 
 
 def _solution_near(

@@ -9,6 +9,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
+from ._ridge import Coordinates
 from ._symmetry import Symmetry
 
 FURTHEST_TRIED = 1.5
@@ -43,6 +44,8 @@ class SearchSpace:
         of `groups`.
     candidates
         Families of symmetries that the system may have.
+    ridges
+        Coordinates in which its models may lie along a ridge.
     """
 
     middle: np.ndarray
@@ -54,6 +57,7 @@ class SearchSpace:
     dependent: Sequence[int] = ()
     symmetries: Sequence[Symmetry] = field(default_factory=list)
     candidates: Sequence[Sequence[Symmetry]] = field(default_factory=list)
+    ridges: Sequence[Coordinates] = ()
 
     @classmethod
     def between(

@@ -26,12 +26,14 @@ from turing_learning.config.parts import (
 from turing_learning.errors import RefusedError
 from turing_learning.evolution import join_states
 from turing_learning.few_trials import (
+    Coordinates,
     Examiner,
     FewTrials,
     Observers,
     SearchSpace,
     Symmetry,
     candidate_symmetries,
+    ridge_coordinates,
     samples_of,
     walked_symmetries,
 )
@@ -281,6 +283,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     limits = saturated
     symmetries: list[Symmetry] = []
     candidates: list[list[Symmetry]] = []
+    ridges: list[Coordinates] = []
     if source.genuine is not None:
         parameters = configuration.system.parameters
         bounded = []
@@ -290,6 +293,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
         limits = np.array(bounded)
         symmetries = walked_symmetries(parameters)
         candidates = candidate_symmetries(parameters)
+        ridges = ridge_coordinates(parameters)
     return SearchSpace(
         np.full(dimension, middle),
         half,
@@ -300,6 +304,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
         dependent=jumps.dependent,
         symmetries=symmetries,
         candidates=candidates,
+        ridges=ridges,
     )
 
 

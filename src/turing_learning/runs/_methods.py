@@ -11,7 +11,7 @@ from turing_learning.report import short_number
 from turing_learning.systems import CustomSystem
 
 from ._folder import NETWORK, RunFolder
-from ._result import Result
+from ._result import Result, described_ridge
 
 CITATION = "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
 _READING = {
@@ -155,6 +155,9 @@ def _estimates(result: Result) -> str:
     unknown = getattr(result, "not_identified", ())
     if unknown:
         sentence += f" Not identified: {', '.join(unknown)}."
+    ridge = getattr(result, "ridge", ())
+    if ridge:
+        sentence += f" {described_ridge(ridge)}"
     return sentence
 
 

@@ -56,6 +56,7 @@ _OMITTED_IF_EMPTY = (
     "covariance",
     "modes",
     "not_identified",
+    "ridge",
     "wandering",
 )
 
@@ -448,11 +449,16 @@ class Posterior(Result):
         are all of the range that was searched, which may be wider than that of the first models.
         The draws of such a parameter may cover less, but that is not known. Not in `result.json`
         if there are none.
+    ridge
+        What shows of parameters that lie along a ridge, such as "mobility x heat": models in range
+        that have the same are as good, and intervals span them. Not in `result.json` if there is
+        none.
     """
 
     covariance: dict[str, dict[str, float]] | None = None
     modes: tuple[Mode, ...] = ()
     not_identified: tuple[str, ...] = ()
+    ridge: tuple[str, ...] = ()
 
     @property
     def length(self) -> str:
@@ -466,11 +472,14 @@ class Posterior(Result):
 
     @property
     def unknown(self) -> str:
-        """Also which parameters are not identified."""
-        if not self.not_identified:
-            return super().unknown
-        listed = ", ".join(self.not_identified)
-        return f"Not identified, so the interval is the whole range: {listed}."
+        """Also which parameters are not identified, and what shows along a ridge."""
+        sentences = []
+        if self.not_identified:
+            listed = ", ".join(self.not_identified)
+            sentences.append(f"Not identified, so the interval is the whole range: {listed}.")
+        if self.ridge:
+            sentences.append(described_ridge(self.ridge))
+        return " ".join(sentences) or super().unknown
 
     @property
     def settled(self) -> bool:
@@ -575,9 +584,19 @@ def result_from_json(content: Mapping[str, Any], record: Record) -> Result:
     if record.configuration.run.trials:
         values["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
         values["not_identified"] = tuple(content.get("not_identified", ()))
+        values["ridge"] = tuple(content.get("ridge", ()))
         return Posterior(**values)
     values["wandering"] = replace_unknown(UNKNOWN, content["wandering"])
     return Evolution(**values)
+
+
+def described_ridge(ridge: Sequence[str]) -> str:
+    """Return a sentence that says what shows along a ridge."""
+    verb, kept = ("shows", "it") if len(ridge) == 1 else ("show", "these")
+    return (
+        f"Some parameters lie along a ridge, of which only {' and '.join(ridge)} {verb}: "
+        f"other values that keep {kept} are as good."
+    )
 
 
 def named(names: Sequence[str], values: np.ndarray) -> dict[str, float]:

@@ -24,7 +24,7 @@ from turing_learning.analysis import (
 from turing_learning.config import Configuration
 from turing_learning.config.parts import give_again
 from turing_learning.errors import refusing_as
-from turing_learning.few_trials import LEAST_P
+from turing_learning.few_trials import LEAST_P, expressions
 from turing_learning.store import RunFolderError
 from turing_learning.systems import FailureLog
 
@@ -107,6 +107,7 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
     covariance = None
     modes: tuple[Mode, ...] = ()
     not_identified: tuple[str, ...] = ()
+    ridge: tuple[str, ...] = ()
     if "interval" in readout:
         low, high = readout["interval"]
         covariance = _covariance(names, readout["draws"])
@@ -114,6 +115,8 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
         # runs of 0.2.0 do not say
         identified = readout.get("identified", np.ones(len(names), dtype=bool))
         not_identified = tuple(np.array(names)[~identified].tolist())
+        if "ridge" in readout:
+            ridge = expressions(readout["ridge"], bool(readout["ridge_logarithmic"]), names)
     else:
         low, high = np.full((2, len(names)), np.nan)
         doubt = doubt or Verdict.MOVING
@@ -136,6 +139,7 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
         covariance=covariance,
         modes=modes,
         not_identified=not_identified,
+        ridge=ridge,
         trials=configuration.trials_after(traces.completed),
         **_common(traces, ending, record, inferred, typical, verdicts),
     )

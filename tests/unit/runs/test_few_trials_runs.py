@@ -769,3 +769,45 @@ def test_a_run_and_its_report_leave_packages_of_named_arrays_alone(tmp_path):
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     assert (tmp_path / "run" / "report.html").is_file()
+
+
+def drifting(parameters, rng):
+    """Steps of a particle: only mobility x heat and mobility x force show."""
+    mobility, heat, force = parameters.T[..., None]
+    shocks = rng.standard_normal((len(parameters), 60))
+    return (mobility * force + np.sqrt(2 * mobility * heat) * shocks)[..., None]
+
+
+RIDGE = {
+    "genuine": drifting(np.tile([2.5, 2.0, 2.0], (60, 1)), np.random.default_rng(1)),
+    "parameters": {"mobility": (0.1, 10.0), "heat": (0.1, 10.0), "force": (0.1, 10.0)},
+    "vectorized": True,
+    "trials": 600,
+    "seed": 2,
+    "progress": False,
+}
+
+
+def test_intervals_reach_all_along_a_ridge_also_after_a_resume(tmp_path):
+    calls = []
+
+    def broken(parameters, rng):
+        calls.append(len(parameters))
+        if len(calls) > 20:
+            raise OSError("no license")
+        return drifting(parameters, rng)
+
+    whole = tl.infer(simulate=drifting, **RIDGE)
+    assert len(whole.ridge) == 2
+    assert {"mobility x heat", "mobility x force"} & {*whole.ridge}
+    # what shows of 2.5 and 2 goes from 0.5 to 10, a twentieth of it beyond 5
+    low, high = whole.interval["mobility"]
+    assert low < 0.7
+    assert high > 3.5
+    assert "only " + " and ".join(whole.ridge) + " show" in str(whole)
+    with pytest.raises(CustomSystemError, match="no license"):
+        tl.infer(simulate=broken, out=tmp_path / "run", **RIDGE)
+    resumed = tl.resume(tmp_path / "run", genuine=RIDGE["genuine"], simulate=drifting)
+    assert (resumed.ridge, resumed.interval) == (whole.ridge, whole.interval)
+    assert tl.load_run(tmp_path / "run").ridge == whole.ridge
+    assert methods_text(resumed, {}).count("as good") == 1
