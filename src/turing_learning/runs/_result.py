@@ -594,7 +594,7 @@ def described_ridge(ridge: Sequence[str]) -> str:
     """Return a sentence that says what shows along a ridge."""
     verb, kept = ("shows", "it") if len(ridge) == 1 else ("show", "these")
     return (
-        f"Some parameters lie along a ridge, of which only {' and '.join(ridge)} {verb}: "
+        f"As far as the run can tell, some parameters lie along a ridge, of which only {' and '.join(ridge)} {verb}: "
         f"other values that keep {kept} are as good."
     )
 
