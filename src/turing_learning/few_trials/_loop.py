@@ -766,6 +766,8 @@ class FewTrials:
                 draws = joined
                 matched = matched.with_draws(draws)
         estimate, interval = estimate_and_interval(matched, self._walkers, self._space)
+        if along is not None:
+            estimate = along[1].middle(draws)
         mode_interval, identified = intervals_of_modes(draws, mode, interval, self._space)
         interval = np.stack((mode_interval[:, 0].min(axis=0), mode_interval[:, 1].max(axis=0)))
         return {

@@ -132,6 +132,20 @@ class Ridge:
             moved = np.clip(moved + steps[:, None] * along, low, high)
         return coordinates.models_of(moved)
 
+    def middle(self, draws: np.ndarray) -> np.ndarray:
+        """Return the model (P,) on the ridge that is nearest to the medians of draws (D, P) on it.
+
+        In units of their spread. What shows of it is the median of what shows of them. The medians
+        alone are beside a ridge that is curved or has several directions.
+        """
+        values = self.coordinates.of(draws)
+        medians = np.median(values, axis=0)
+        missing = np.median(values @ self.shown.T, axis=0) - self.shown @ medians
+        steps = values.var(axis=0)[:, None] * self.shown.T
+        moved = medians + steps @ np.linalg.solve(self.shown @ steps, missing)
+        on_ridge = self.coordinates.models_of(moved[None])[0]
+        return np.where(self.members, on_ridge, np.median(draws, axis=0))
+
     def ends(self, models: np.ndarray) -> list[np.ndarray]:
         """Return the thirds (N, P) of models (3 N, P) on it that are farthest to either side, for each direction."""
         parts: list[np.ndarray] = []

@@ -70,7 +70,7 @@ class Mode:
     weight
         Share of the draws that belong to it, 0 to 1.
     estimate
-        Name -> median of these draws, in the parameter's unit.
+        Name -> median of these draws, in the parameter's unit; along a ridge as that of the run.
     interval
         Name -> lower and upper end of their central 90 %.
     """
@@ -433,8 +433,9 @@ class Result(Judged):
 class Posterior(Result):
     """What a run of trials has inferred: a distribution of the parameters, given the agents.
 
-    `estimate` is the median of its draws if the run has settled, else what its classifiers make
-    likeliest after the last batch. Other attributes are those of `Result`.
+    `estimate` is the median of its draws if the run has settled, along a ridge the model on it that
+    is nearest to that; else what its classifiers make likeliest after the last batch. Other
+    attributes are those of `Result`.
 
     Attributes
     ----------

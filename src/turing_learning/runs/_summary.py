@@ -249,10 +249,14 @@ def modes_of(names: tuple[str, ...], readout: Mapping[str, np.ndarray]) -> tuple
         bounds = np.quantile(members, (0.05, 0.95), axis=0)
         if "mode_interval" in readout:
             bounds = readout["mode_interval"][number]
+        estimate = np.median(members, axis=0)
+        # medians alone are beside a ridge, which is one solution
+        if "ridge" in readout:
+            estimate = readout["estimate"]
         modes.append(
             Mode(
                 weight=float(len(members) / len(draws)),
-                estimate=named(names, np.median(members, axis=0)),
+                estimate=named(names, estimate),
                 interval=dict(zip(names, bounds.T.tolist(), strict=True)),
             )
         )

@@ -228,7 +228,7 @@ def cut_samples(
     rule = "have the same signals in all samples"
     require(len(widths) == 1, "genuine", rule, f"{sorted(widths)} signals")
     cut = np.stack([values[:steps] for values in series])
-    # Not "> LARGEST", so that NaN, too, is refused.
+    # Not "> LARGEST_VALUE", so that NaN, too, is refused.
     for k, t, d in np.argwhere(~(np.abs(cut) <= LARGEST_VALUE))[:1].tolist():
         rule = f"be finite and at most {LARGEST_VALUE:g} in size"
         remedy = "Cut the gap out, or change the unit."

@@ -1,4 +1,4 @@
-"""Ridges: what shows of parameters, and models all along one."""
+"""Ridges: what shows of parameters, models all along one, and the one in the middle."""
 
 from types import SimpleNamespace
 
@@ -76,9 +76,28 @@ def test_draws_fill_a_ridge_of_two_directions():
     draws = draws_of(names, np.stack((callers, reach, rate), axis=1))
     ridge = first_ridge(draws, names)
     assert expressions(ridge.shown, True, list(names)) == ("callers x reach^2 x rate",)
-    spread = space_of(names).to_numbers(ridge.spread(draws, np.ones(3), rng))
+    models = ridge.spread(draws, np.ones(3), rng)
+    spread = space_of(names).to_numbers(models)
     assert np.std(np.log(spread[:, 0] * spread[:, 1] ** 2 * spread[:, 2])) < 0.02
     assert (np.quantile(spread, 0.95, axis=0) > [5, 2.5, 5]).all()
+    # the product of the medians is 8.8
+    middle = space_of(names).to_numbers(ridge.middle(models))
+    assert middle[0] * middle[1] ** 2 * middle[2] == pytest.approx(6, rel=0.01)
+    # no farther from the medians than has to be
+    assert (np.abs((spread < middle).mean(axis=0) - 0.5) < 0.1).all()
+
+
+def test_what_does_not_lie_along_a_ridge_has_its_median():
+    rng = np.random.default_rng(9)
+    leaks = {name: Parameter(-1, 3) for name in ("leak", "decay", "noise")}
+    leak, noise = rng.uniform(-0.5, 1.5, (2, 600))
+    draws = draws_of(
+        leaks, np.stack((leak, 1.5 - leak + 0.003 * rng.random(600), noise**2), axis=1)
+    )
+    ridge = first_ridge(draws, leaks)
+    leak, decay, noise = space_of(leaks).to_numbers(ridge.middle(draws))
+    assert leak + decay == pytest.approx(1.5, abs=0.01)
+    assert noise == pytest.approx(np.median(space_of(leaks).to_numbers(draws)[:, 2]))
 
 
 @pytest.mark.parametrize("width", [0.02, 0.4])

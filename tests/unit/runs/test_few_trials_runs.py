@@ -804,6 +804,16 @@ def test_intervals_reach_all_along_a_ridge_also_after_a_resume(tmp_path):
     low, high = whole.interval["mobility"]
     assert low < 0.7
     assert high > 3.5
+    # the estimate keeps what shows of the draws; medians do not, one by one
+    mobility, heat, _ = whole.draws().T
+    estimate = whole.estimate
+    assert whole.modes[0].estimate == estimate
+    assert "mobility x heat" in whole.ridge
+    heating = np.median(mobility * heat)
+    assert estimate["mobility"] * estimate["heat"] == pytest.approx(heating, rel=1e-6)
+    assert np.median(mobility) * np.median(heat) != pytest.approx(heating, rel=1e-3)
+    for name, (lowest, highest) in whole.interval.items():
+        assert lowest < estimate[name] < highest
     assert "only " + " and ".join(whole.ridge) + " show" in str(whole)
     with pytest.raises(CustomSystemError, match="no license"):
         tl.infer(simulate=broken, out=tmp_path / "run", **RIDGE)
