@@ -65,7 +65,7 @@ def compare(
     :param config: TOML file with any setting of the runs.
     :param preset: As in `infer`.
     :param generations: Number of generations of each run instead of a budget in trials.
-    :param trials: Budget of each run in simulated trials; 3000 by default.
+    :param trials: Budget of each run in simulated trials; 3000 unless settings or the preset ask for generations.
     :param tolerance: As in `infer`.
     :param seed: Seed of the runs and of the examination; 1 by default.
     :param threads: Number of threads; all by default. The result does not depend on it.

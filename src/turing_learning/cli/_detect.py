@@ -66,7 +66,8 @@ def detect(
     :param simulate: Instead of a file: a swarm with N individuals that do something else.
     :param samples: Samples of each simulated individual; 10 by default.
     :param genuine: Motion of normal individuals, a file or several: each is judged by what was learned from the others.
-        By default simulated, stored by the run, or the recordings that it has learned from: no guarantee about false alarms.
+        By default simulated, stored by the run, or, without a guarantee about false alarms,
+        the recordings that it has learned from.
     :param abnormal: Motion of individuals that are known to be abnormal, a file or several;
         by default some are planted or simulated.
     :param rule: judged-alike, or one of the rules by votes: fittest, unanimous (the paper's), or discriminant.

@@ -109,7 +109,7 @@ class Tracks(OptionGroup):
     min_confidence: Real | None = None
     """Positions of which the tracker is less sure are missing."""
     every: Annotated[Integer | None, Parameter(name=("--thin", "--every"))] = None
-    """Use every K-th frame, where others repeat it or are faster than the motion."""
+    """Use every K-th frame: of a file that repeats frames, or whose rate is higher than the motion needs."""
     split_gaps: Real | None = None
     """Who is away for longer (s) is another individual after that."""
     bridge: Integer | None = None

@@ -65,7 +65,7 @@ def infer(
     :param config: TOML file with any setting, see `turing-learning docs scenarios`.
     :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations instead of a budget in trials.
-    :param trials: Budget in simulated trials; 3000 by default,
+    :param trials: Budget in simulated trials; 3000 unless settings, the preset or the system ask for generations,
         see `turing-learning docs few-trials`.
     :param tolerance: Stop before the trials are spent once the interval of every parameter that can be
         identified is at most this share of its range to either side.
@@ -274,7 +274,7 @@ def study(
     :param config: TOML file with any setting, and a [grid] or [[list]] of settings.
     :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations of each run, as in `infer`.
-    :param trials: Budget of each run in trials; 3000 by default.
+    :param trials: Budget of each run in trials; 3000 unless settings, the preset or the system ask for generations.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     :param workers: Number of worker processes; one for each processor by default.
     :param cluster: A Dask scheduler, for example tcp://10.0.0.1:8786.

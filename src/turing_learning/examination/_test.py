@@ -295,8 +295,8 @@ def _of_recordings(
     divisions = comb(sum(counts), counts[0]) // alike
     if examined.p_value <= 1 / divisions + 1e-9:
         weak = (
-            f"Of {counts[0]} recordings against {counts[1]}, chance alone tells one in {divisions}, "
-            "whatever the p-value: give four or more of each."
+            f"With {counts[0]} recordings against {counts[1]}, chance alone tells them apart in one of "
+            f"{divisions} tests: take it as weak evidence, or give four or more of each."
         )
         return replace(tested, remarks=(*tested.remarks, weak))
     remarks = [*tested.remarks, RECORDINGS_DIFFER]

@@ -244,7 +244,7 @@ def test_what_recordings_share_is_no_difference_of_the_sides():
     slower = tl.test(recordings((1.0, 1.05, 1.1)), recordings((1.5, 1.6, 1.7)), examiners=QUICK)
     assert slower.verdict == "told apart"
     assert slower.examined.grouping != "recordings"
-    assert "chance alone tells one in 10" in str(slower).replace("\n", " ")
+    assert "chance alone tells them apart in one of 10 tests" in str(slower).replace("\n", " ")
 
 
 def test_copies_of_real_samples_are_named():
