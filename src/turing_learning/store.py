@@ -11,6 +11,7 @@ import logging
 import os
 import shutil
 import time
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -39,6 +40,8 @@ _LOGGER = logging.getLogger("turing_learning")
 
 # Of a file that does not fit its seal: the process that writes may have replaced both in between.
 _ATTEMPTS = 4
+# How many pieces of a file, each of how many bytes, say whether it is worth compressing.
+_CHUNKS, _CHUNK = 16, 4096
 
 
 @contextmanager
@@ -443,13 +446,26 @@ def encoded(name: str, content: Any) -> bytes:
         np.save(memory, content, allow_pickle=False)
         return memory.getvalue()
     if suffix == ".npz":
-        # Measurements and random numbers hardly become smaller, and take long to compress
         np.savez(memory, **content)
+        if _repeats_itself(memory.getbuffer()):
+            memory = io.BytesIO()
+            np.savez_compressed(memory, **content)
         return memory.getvalue()
     if suffix == ".csv":
         return content.to_csv(index=False, lineterminator="\n").encode()
     rule = "be .json, .npy, .npz or .csv, or its content bytes or text"
     raise TypeError(f"{name} must {rule}; got {type(content).__name__}")
+
+
+def _repeats_itself(content: memoryview) -> bool:
+    """Return whether bytes shrink below a half, by what their compression makes of a part of them.
+
+    Counts and stepwise signals do; measurements and random numbers hardly, and take long.
+    """
+    # From all over, as arrays follow one another
+    starts = range(0, len(content), max(_CHUNK, len(content) // _CHUNKS))
+    sample = b"".join(content[start : start + _CHUNK] for start in starts)
+    return len(zlib.compress(sample, level=1)) < len(sample) / 2
 
 
 def _identity(head: Mapping[str, Any], kind: FolderKind) -> str:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,30 @@ def test_what_is_written_is_read(store, caplog):
     assert again.read("three.txt") == b"three"
     assert damaged(again, [*CONTENTS, "search.json"]) == set()
     assert warnings(caplog) == []
+
+
+@pytest.mark.parametrize(
+    ("repeats", "arrays"),
+    [
+        (True, {"counts": np.random.default_rng(1).poisson(3.0, (50, 100, 2)).astype(float)}),
+        (True, {"steps": np.repeat(np.random.default_rng(2).standard_normal((50, 10)), 10, 1)}),
+        (False, {"motion": np.random.default_rng(3).standard_normal((50, 100, 2))}),
+        # a file is as most of its bytes, wherever they are
+        (False, {"row": np.arange(9), "motion": np.random.default_rng(4).random((50, 100, 2))}),
+        (True, {"row": np.random.default_rng(5).random(99), "zeros": np.zeros((50, 100, 2))}),
+    ],
+)  # fmt: skip
+def test_arrays_are_compressed_where_that_halves_them_and_read_as_they_were(repeats, arrays, store):
+    store.write("arrays.npz", arrays)
+    raw = sum(array.nbytes for array in arrays.values())
+    with zipfile.ZipFile(store.path / "arrays.npz") as archive:
+        kinds = {member.compress_type for member in archive.infolist()}
+    assert kinds == {zipfile.ZIP_DEFLATED if repeats else zipfile.ZIP_STORED}
+    assert ((store.path / "arrays.npz").stat().st_size < raw / 2) == repeats
+    again = fresh(store).read("arrays.npz")
+    assert again.keys() == arrays.keys()
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(again[name], array, strict=True)
 
 
 def test_tables_are_csv_and_other_things_are_refused(store):
