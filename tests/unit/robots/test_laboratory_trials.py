@@ -193,15 +193,19 @@ def test_a_laboratory_has_300_trials_unless_its_file_says_how_generations_are(fo
     assert load_laboratory(folder / "paper.toml").configuration.run.trials == 0
 
 
-def test_step_sizes_adapt_faster_in_a_laboratory_unless_its_file_or_the_text_says_otherwise(folder):
+def test_step_sizes_adapt_faster_in_a_laboratory_by_generations_that_says_nothing_else(folder):
     def rates(name, settings):
         configuration = load_laboratory(folder / name, settings).configuration
         return configuration.models.adaptation, configuration.classifiers.adaptation
 
     (folder / "plain.toml").write_text(PLAIN)
     (folder / "paper.toml").write_text(f'preset = "paper"\n{PLAIN}')
+    assert rates("plain.toml", {}) == (0.5, 0.5)
+    assert rates("plain.toml", {"run.trials": 50, "models.redraw": 0.1}) == (0.5, 0.5)
     assert rates("plain.toml", {"run.generations": 3}) == (1.0, 2.0)
     assert rates("plain.toml", {"models.adaptation": 0.7}) == (0.7, 2.0)
+    both = {"run.generations": 3, "classifiers.adaptation": 0.5}
+    assert rates("plain.toml", both) == (1.0, 0.5)
     assert rates("paper.toml", {}) == (0.5, 0.5)
 
 

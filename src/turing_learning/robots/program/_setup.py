@@ -38,7 +38,7 @@ _BASE = {
 }  # fmt: skip
 """The paper's setup (sections 5.1 and 5.3), for what the file leaves out; no jumps (decision 0025); each generation is saved."""
 _RATES = {"models.adaptation": 1.0, "classifiers.adaptation": 2.0}
-"""Of the default preset: with slower ones more runs of 100 generations are lost (decision 0070)."""
+"""Of the default preset, in a run by generations: with slower ones more are lost (decision 0070)."""
 #: Of a run that nothing is said of: an afternoon with robots (decision 0028)
 DEFAULT_TRIALS = 300
 _SIZES = {"models.population", "models.parents", "models.offspring"}
@@ -371,11 +371,12 @@ def _configuration(
             require(fits, key, rule, f"{got} by default", remedy, error=ConfigurationError)
         file.require(fits, key, rule, got, remedy)
     preset = document.get("preset", "default")
-    if preset == "default":
-        base |= _RATES
     # Robots' time is dear: few trials unless settings of generations are given
     if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in settings):
         base["run.trials"] = DEFAULT_TRIALS
+    # They were measured in runs by generations alone
+    if preset == "default" and not (base | settings).get("run.trials"):
+        base |= _RATES
     labels = {}
     for setting in settings:
         if setting in file.labels or setting not in overrides:
