@@ -6,8 +6,8 @@ what is there is not done again. The variants:
 
 * *recorded*: the panel compares the eight recordings with the other two.
 * *network*: what a network does that has learned from the eight.
-* *form of 0053*, *form of 0054*: the same before decision 0054, and before decision 0057. The code of these forms is
-  not there any more.
+* *form of 0053*, *form of 0054*, *form of 0066*: the same before decisions 0054, 0057 and 0075. The code of these forms
+  is not there any more. They were examined by the panel before decision 0073.
 
 The extra `networks` has to be installed.
 """

@@ -6,6 +6,8 @@ beside it; what is there is not done again. The variants:
 
 * *recorded*: the panel compares a fourth recording with the two.
 * *network*: groups that run free, in place of that recording.
+* *form of 0066*, *form of 0075*: the same before decisions 0075 and 0077. The first was examined by the panel before
+  decision 0073.
 
 The extra `networks` has to be installed.
 """

@@ -20,9 +20,6 @@ HISTORY = int(LAG_EDGES[-1])
 """Steps back that are seen, where an individual was there."""
 PAST = 4
 """Steps that an individual has to have moved before a network can move it."""
-COURSE_WEIGHTS = np.array((1.0, 1e-6))
-"""Weights of the last displacements in the course: that before the last decides where the last one is none. With a
-hundredth, as before decision 0062, turns that were recorded exactly were not done again exactly."""
 MEMORY_S = np.array((1.0, 5.0, np.inf))
 """Time constants (s) of the leaky averages of the speed and of its square; the last one is over all that was recorded."""
 MEMORIES = 2 * len(MEMORY_S)
@@ -139,9 +136,12 @@ def course(path: np.ndarray, frame: int, i: int, goal: np.ndarray) -> float:
         return math.atan2(goal[1] - path[frame, i, 1], goal[0] - path[frame, i, 0])
     x = 0.0
     y = 0.0
-    for back in range(COURSE_WEIGHTS.shape[0]):
-        x += COURSE_WEIGHTS[back] * (path[frame - back, i, 0] - path[frame - back - 1, i, 0])
-        y += COURSE_WEIGHTS[back] * (path[frame - back, i, 1] - path[frame - back - 1, i, 1])
+    for back in range(2):
+        x = path[frame - back, i, 0] - path[frame - back - 1, i, 0]
+        y = path[frame - back, i, 1] - path[frame - back - 1, i, 1]
+        # who has just stood still keeps the course of the step before
+        if x != 0.0 or y != 0.0:
+            break
     return math.atan2(y, x)
 
 
