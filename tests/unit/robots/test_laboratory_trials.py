@@ -193,6 +193,13 @@ def test_a_laboratory_has_300_trials_unless_its_file_says_how_generations_are(fo
     assert load_laboratory(folder / "paper.toml").configuration.run.trials == 0
 
 
+def test_generations_of_the_command_come_before_the_trials_of_a_laboratory_s_file(folder):
+    (folder / "few.toml").write_text(PLAIN.replace("[run]", "[run]\ntrials = 50"))
+    assert load_laboratory(folder / "few.toml").configuration.run.trials == 50
+    run = load_laboratory(folder / "few.toml", {"run.generations": 3}).configuration.run
+    assert (run.trials, run.generations) == (0, 3)
+
+
 def test_step_sizes_adapt_faster_in_a_laboratory_by_generations_that_says_nothing_else(folder):
     def rates(name, settings):
         configuration = load_laboratory(folder / name, settings).configuration

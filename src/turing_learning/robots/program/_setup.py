@@ -334,6 +334,9 @@ def _configuration(
     settings = dotted(
         {"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}}
     )
+    if "run.generations" in overrides:
+        # the budget of a file gives way
+        settings.pop("run.trials", None)
     settings |= overrides
     # Two statements of one fact could contradict each other
     for key, source in _DERIVED.items():
