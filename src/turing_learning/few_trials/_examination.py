@@ -227,8 +227,10 @@ class Examiner:
             spread = ridge.spread(draws, widest, rng)
             if samples is None:
                 samples = self._simulated(chosen, rng)
-            ends = [end[rng.permutation(len(end))[:count]] for end in ridge.ends(spread)]
-            if all(self._resemble(chosen, samples, end, rng) for end in ends):
+            outermost = [
+                models[rng.permutation(len(models))[:count]] for models in ridge.ends(spread)
+            ]
+            if all(self._resemble(chosen, samples, models, rng) for models in outermost):
                 return spread, ridge
         return None
 

@@ -16,7 +16,7 @@ from turing_learning.models import Parameter
 WIDE = 0.1
 """Width of the central 90 % of draws, in widths of the range, from which a ridge is looked for."""
 
-LEFT = 0.2, 0.4
+MOST_UNEXPLAINED = 0.2, 0.4
 """Shares of a parameter's variance, up to which the others say what it is, one tried after the other."""
 
 SIMPLE = np.array([0, 1 / 3, 1 / 2, 1, 2, 3])
@@ -125,10 +125,10 @@ class Ridge:
         for _ in range(1 if len(directions) == 1 else SWEEPS):
             along = rng.standard_normal((len(moved), len(directions))) @ directions
             lengths = np.where(along == 0, 1e-12, along)
-            ends = np.sort(((low - moved) / lengths, (high - moved) / lengths), axis=0)
-            first = np.minimum(ends[0].max(axis=1), 0)
-            last = np.maximum(ends[1].min(axis=1), 0)
-            steps = _exponential(along @ slopes, first, last, rng)
+            bounds = np.sort(((low - moved) / lengths, (high - moved) / lengths), axis=0)
+            backward = np.minimum(bounds[0].max(axis=1), 0)
+            forward = np.maximum(bounds[1].min(axis=1), 0)
+            steps = _exponential(along @ slopes, backward, forward, rng)
             moved = np.clip(moved + steps[:, None] * along, low, high)
         return coordinates.models_of(moved)
 
@@ -148,26 +148,26 @@ class Ridge:
 
     def ends(self, models: np.ndarray) -> list[np.ndarray]:
         """Return the thirds (N, P) of models (3 N, P) on it that are farthest to either side, for each direction."""
-        parts: list[np.ndarray] = []
+        thirds: list[np.ndarray] = []
         for direction in self.directions:
             order = np.argsort(self.coordinates.of(models) @ direction, kind="stable")
-            third = len(models) // 3
-            parts.extend((models[order[:third]], models[order[-third:]]))
-        return parts
+            size = len(models) // 3
+            thirds.extend((models[order[:size]], models[order[-size:]]))
+        return thirds
 
 
 def _exponential(
-    slopes: np.ndarray, first: np.ndarray, last: np.ndarray, rng: np.random.Generator
+    slopes: np.ndarray, low: np.ndarray, high: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """Draw numbers (N,) from first (N,) to last (N,), with a density whose logarithm has slopes (N,)."""
-    growth = slopes * (last - first)
+    """Draw numbers (N,) from low (N,) to high (N,), with a density whose logarithm has slopes (N,)."""
+    growth = slopes * (high - low)
     uniform = rng.random(len(growth))
     flat = np.abs(growth) < 1e-6
     growth = np.where(flat, 1.0, growth)
     # from the end where the density is higher, so that nothing overflows
     share = np.log1p(uniform * np.expm1(-np.abs(growth))) / -np.abs(growth)
     share = np.where(growth > 0, 1 - share, share)
-    return first + (last - first) * np.where(flat, uniform, share)
+    return low + (high - low) * np.where(flat, uniform, share)
 
 
 def ridges(
@@ -183,19 +183,19 @@ def ridges(
     if not wide.any() or len(widest) < 2:
         return
     tried = set()
-    for coordinates, left in product(alternatives, LEFT):
+    for coordinates, most_unexplained in product(alternatives, MOST_UNEXPLAINED):
         values = coordinates.of(draws)
         spreads = values.std(axis=0) + 1e-12
         correlation = np.corrcoef(values.T) + 1e-9 * np.eye(len(widest))
         unexplained = 1 / np.diag(np.linalg.inv(correlation))
-        members = np.flatnonzero((unexplained < left) & coordinates.possible)
+        members = np.flatnonzero((unexplained < most_unexplained) & coordinates.possible)
         if len(members) < 2 or not wide[members].any():
             continue
         variances, vectors = np.linalg.eigh(correlation[np.ix_(members, members)])
-        known = variances < left
-        if known.all() or not known.any():
+        shows = variances < most_unexplained
+        if shows.all() or not shows.any():
             continue
-        simple = _simple(vectors[:, known].T / spreads[members])
+        simple = _simple(vectors[:, shows].T / spreads[members])
         if not len(simple):
             continue
         shown = np.zeros((len(simple), len(widest)))
@@ -228,8 +228,8 @@ def expressions(shown: np.ndarray, logarithmic: bool, names: Sequence[str]) -> t
     texts = []
     for row in shown:
         sizes = row / np.abs(row[row != 0]).min()
-        first: list[str] = []
-        second: list[str] = []
+        numerator: list[str] = []
+        denominator: list[str] = []
         for name, size in zip(names, sizes * np.sign(sizes[np.flatnonzero(sizes)[0]]), strict=True):
             if not size:
                 continue
@@ -240,7 +240,7 @@ def expressions(shown: np.ndarray, logarithmic: bool, names: Sequence[str]) -> t
                 text = f"{name}^{number}"
             else:
                 text = f"{number} {name}"
-            (first if size > 0 else second).append(text)
+            (numerator if size > 0 else denominator).append(text)
         joint, apart = (" x ", " / ") if logarithmic else (" + ", " - ")
-        texts.append(apart.join([joint.join(first), *second]))
+        texts.append(apart.join([joint.join(numerator), *denominator]))
     return tuple(texts)
