@@ -224,13 +224,17 @@ def product_growth(parameters, rng):
     return np.stack(out, axis=1)[..., None]
 
 
+def enzyme_speeds(parameters, concentrations, rng):
+    """Speeds of an enzyme at some concentrations (T,), with noise of their logarithm."""
+    fastest, half, noise = columns(parameters)
+    speed = fastest * concentrations / (half + concentrations)
+    return (speed * np.exp(noise * rng.standard_normal(speed.shape)))[..., None]
+
+
 @system("products", fastest=(0.5, 50, 8, 25), half=(0.2, 30, 2, 9), noise=(0.01, 1, 0.06, 0.25))
 def product_enzyme(parameters, rng):
     """Speeds of an enzyme at 15 concentrations (Michaelis and Menten); biochemistry."""
-    fastest, half, noise = columns(parameters)
-    substrate = np.geomspace(0.3, 40, 15)
-    speed = fastest * substrate / (half + substrate)
-    return (speed * np.exp(noise * rng.standard_normal(speed.shape)))[..., None]
+    return enzyme_speeds(parameters, np.geomspace(0.3, 40, 15), rng)
 
 
 @system("products", factor=(0.05, 8, 0.6, 3), power=(0.1, 3, 0.5, 1.4), noise=(0.02, 1.5, 0.1, 0.5))

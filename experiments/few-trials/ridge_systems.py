@@ -6,6 +6,7 @@ Of each only a ratio, a sum or a product shows. All of their solutions lie in on
 
 import numpy as np
 from awkward_systems import System, columns, registrar
+from logarithm_systems import enzyme_speeds
 
 SYSTEMS: dict[str, System] = {}
 system = registrar(SYSTEMS)
@@ -14,10 +15,7 @@ system = registrar(SYSTEMS)
 @system("ridges", fastest=(0.5, 50, 5, 25), half=(2, 100, 15, 60), noise=(0.01, 1, 0.06, 0.25))
 def ridge_dilute(parameters, rng):
     """Speeds of an enzyme where there is little to work on: fastest / half shows; biochemistry."""
-    fastest, half, noise = columns(parameters)
-    substrate = np.geomspace(0.01, 0.2, 15)
-    speed = fastest * substrate / (half + substrate)
-    return (speed * np.exp(noise * rng.standard_normal(speed.shape)))[..., None]
+    return enzyme_speeds(parameters, np.geomspace(0.01, 0.2, 15), rng)
 
 
 @system("ridges", leak=(0, 3, 0.3, 1.5), decay=(0, 2, 0.3, 1.2), noise=(0.01, 1, 0.05, 0.3))

@@ -7,13 +7,13 @@ The jury: the classifiers of a generation and the best of each one before, weigh
 simulation with phases that are drawn anew (`generations.py`), 150 trials with two models each. About 20 s for a run.
 """
 
-import csv
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from generations import CONTROLLER, SETTINGS, PhasedLaboratory
+from table import append_row
 
 from turing_learning.coevolution import THRESHOLD
 from turing_learning.config import classifier_of, load_configuration
@@ -64,12 +64,8 @@ def rows(label: str, path: Path) -> list[dict[str, object]]:
 def main(label: str, *paths: str) -> None:
     """Write the rows of runs."""
     for path in paths:
-        found = rows(label, Path(path))
-        with TABLE.open("a", newline="") as file:
-            writer = csv.DictWriter(file, list(found[0]))
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerows(found)
+        for row in rows(label, Path(path)):
+            append_row(TABLE, row)
 
 
 if __name__ == "__main__":

@@ -8,12 +8,12 @@ own). Variants: what is in `VARIANTS`. "other" behind them takes three other con
 0.005 rad. Robots move in whole cycles; where they are between two is interpolated. A run takes about 1.5 s of one core.
 """
 
-import csv
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from table import append_row
 
 from turing_learning.coevolution import Samples
 from turing_learning.config import load_configuration
@@ -167,12 +167,7 @@ def main(phases: str, variant: str, first: int, count: int, controllers: str = "
         for controller in OTHERS if controllers else (CONTROLLER,):
             if (phases, variant, controller[0], controller[2], seed) in done:
                 continue
-            found = row(phases, variant, controller, seed)
-            with TABLE.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(found))
-                if file.tell() == 0:
-                    writer.writeheader()
-                writer.writerow(found)
+            append_row(TABLE, row(phases, variant, controller, seed))
 
 
 if __name__ == "__main__":

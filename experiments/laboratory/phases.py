@@ -8,13 +8,13 @@ each trial), "redrawn" (all robots do), "moment" (fixed, but each trial is obser
 The tracker's noise is 0.03 cm and 0.005 rad. A run takes about 10 s of one core.
 """
 
-import csv
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from table import append_row
 
 from turing_learning.coevolution import Samples
 from turing_learning.config import load_configuration
@@ -134,12 +134,8 @@ def main(kind: str, first: int, count: int) -> None:
         for controller in CONTROLLERS:
             if (kind, controller[0], seed) in done:
                 continue
-            with TABLE.open("a", newline="") as file:
-                for row in rows(kind, controller, seed):
-                    writer = csv.DictWriter(file, list(row))
-                    if file.tell() == 0:
-                        writer.writeheader()
-                    writer.writerow(row)
+            for row in rows(kind, controller, seed):
+                append_row(TABLE, row)
 
 
 if __name__ == "__main__":
