@@ -31,7 +31,7 @@ from turing_learning.store import RunFolderError, RunStorageError
 
 from ._folder import RunFolder, how_to_resume
 from ._record import units_of
-from ._result import POOL, Posterior, Result, named, with_unit
+from ._result import POOL, Posterior, Result, described_ridge, named, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,7 +86,8 @@ class Pooled(Judged):
         Of the runs.
     estimate
         Median of the estimates of the runs; of parameters on a logarithmic scale, of their
-        logarithms.
+        logarithms. Where a run lies along a ridge, the estimate of the run that is nearest to that:
+        medians are beside a ridge.
     interval
         Lower and upper end, for each parameter, of what the runs leave open together: nine of ten
         hold the truth, also where runs settle in different regions, see
@@ -115,6 +116,9 @@ class Pooled(Judged):
         What is said of each run, without whether it agrees with others, see `Result.verdicts`.
     checked
         How many runs have a check.
+    ridge
+        What shows of parameters along a ridge, as half of the settled runs or more say, see
+        `Posterior`.
     """
 
     scenario: str
@@ -131,6 +135,7 @@ class Pooled(Judged):
     trials: int | None = None
     found: tuple[tuple[Verdict, ...], ...] = ()
     checked: int = 0
+    ridge: tuple[str, ...] = ()
     chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -255,6 +260,8 @@ class Pooled(Judged):
             if agree == "disagree":
                 estimates = ", ".join(map(shown, self.estimates[name]))
                 remarks.append(f"runs disagree on {name}: {estimates}")
+        if self.ridge:
+            remarks.append(described_ridge(self.ridge))
         why = {}
         if self.trials is not None:
             why = {"why": "at most one run has settled; resume them with more trials"}
@@ -346,6 +353,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         units=units_of(configuration.system, names),
         trials=configuration.run.trials or None,
         chains=together.chains,
+        ridge=together.ridge,
         checked=sum(run.checked is not None for run in runs),
         found=tuple(_without_dissent(run.verdicts) for run in runs),
         **errors,
@@ -362,6 +370,7 @@ class _Together:
     estimate: np.ndarray  # (P,)
     interval: np.ndarray  # (P, 2)
     agreement: np.ndarray  # (P,)
+    ridge: tuple[str, ...] = ()
 
 
 def _mixed(runs: Sequence[Posterior]) -> _Together:
@@ -374,7 +383,17 @@ def _mixed(runs: Sequence[Posterior]) -> _Together:
     bounds, agreement = mixed_interval(list(chains.values()), intervals, estimates.shape[1])
     # on the scale of each parameter, which takes models (runs, 1, P)
     estimate = system.on_scales(estimates[:, None], lambda values: np.median(values[:, 0], axis=0))
-    return _Together(chains, estimate, bounds, agreement)
+    ridges = Counter(run.ridge for run in settled)
+    if any(ridges):
+        # medians of models along a ridge are beside it
+        widths = np.maximum(np.diff(bounds)[:, 0], np.finfo(float).tiny)
+        distances = (np.abs(estimates - estimate) / widths).max(axis=1)
+        estimate = estimates[distances.argmin()]
+    ridge: tuple[str, ...] = ()
+    for expressions, votes in ridges.most_common(1):
+        if 2 * votes >= len(settled):
+            ridge = expressions
+    return _Together(chains, estimate, bounds, agreement, ridge)
 
 
 def _wandering(runs: Sequence[Result]) -> _Together:

@@ -821,3 +821,9 @@ def test_intervals_reach_all_along_a_ridge_also_after_a_resume(tmp_path):
     assert (resumed.ridge, resumed.interval) == (whole.ridge, whole.interval)
     assert tl.load_run(tmp_path / "run").ridge == whole.ridge
     assert methods_text(resumed, {}).count("as good") == 1
+    # medians of models along a ridge are beside it
+    other = tl.infer(simulate=drifting, **RIDGE | {"seed": 3})
+    pooled = tl.pool([whole, other])
+    assert pooled.estimate in (whole.estimate, other.estimate)
+    assert pooled.ridge == whole.ridge
+    assert "lie along a ridge" in str(pooled)
