@@ -54,3 +54,32 @@ def test_the_score_reads_the_tables_that_are_there(script):
     assert distance < 0.01
     assert errors >= 0
     assert {row["lag_cycles"] for row in rows("worlds.csv")} == {"0", "1", "2"}
+
+
+def test_outliers_are_those_of_the_experiment(script):
+    outliers = script("outliers")
+    with (HERE.parent / "as-printed/4.6.2/tables/steady-outputs.csv").open(newline="") as file:
+        outputs = {
+            (row["hidden"], row["seed"]): [
+                float(row[name]) for name in ("vl0", "vr0", "vl1", "vr1")
+            ]
+            for row in csv.DictReader(file)
+        }
+    stored = {
+        (row["hidden"], row["seed"]): float(row["last_steady"])
+        for row in rows("outliers.csv")
+        if row["rates"] == "group"
+    }
+    assert stored.keys() == outputs.keys()
+    for key, error in stored.items():
+        assert error == pytest.approx(np.abs(outputs[key] - outliers.TRUTH).max(), abs=1e-4)
+
+
+def test_a_network_that_ignores_its_reading_is_off_where_agents_see_others(script):
+    outliers = script("outliers")
+    model = outliers.ElmanModel(hidden=1)
+    bias = np.log(0.15 / 0.85)  # an output of -0.7
+    network = np.array([0, 0, 0, 0, 0, bias, -40.0])
+    readings = np.array([[0, 0, 1, 0], [0, 1, 0, 0]])
+    assert outliers.error_as_seen(model, network, readings) == pytest.approx(1.7)
+    assert outliers.readings().max() == 1

@@ -288,13 +288,20 @@ def _as_printed(printed: Mapping[str, Results], claims: int, link: str) -> list[
         f"Held against it so far: {len(verdicts)} of {claims} claims; **{agree}** of them agree."
     )
     rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
+    reasons = []
+    differences = prose()["as_printed"]["differences"]
     for id, results in printed.items():
         for verdict in results.verdicts:
             if not verdict.variant:
                 name = f"[{verdict.claim}]({link}/{AS_PRINTED}/{id}/README.md)"
                 word = f"**{verdict.word}**"
                 rows.append((name, word, verdict.printed, verdict.observed))
-    return [f"{prose()['as_printed']['introduction'].strip()} {count}", _table(rows)]
+                if not verdict.agrees and verdict.claim in differences:
+                    reasons.append(f"{name}: {differences[verdict.claim]}")
+    blocks = [f"{prose()['as_printed']['introduction'].strip()} {count}", _table(rows)]
+    if reasons:
+        blocks.append(_bullets(reasons))
+    return blocks
 
 
 def _claim_rows(

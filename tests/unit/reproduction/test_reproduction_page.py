@@ -11,7 +11,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.reproduction import refuse_page_path, write_page
 from turing_learning.reproduction._page import ExperimentFolder, page, readme
 from turing_learning.reproduction._verdicts import RULES, load_claims, prose
-from turing_learning.reproduction.experiments import EXPERIMENTS
+from turing_learning.reproduction.experiments import EXPERIMENTS, EXPERIMENTS_AS_PRINTED
 
 ROOT = Path(__file__).parents[3]
 HOW = "make it current with: turing-learning reproduce --page docs/reproduction.md"
@@ -75,6 +75,27 @@ def test_what_the_papers_algorithm_gives_has_a_table_of_its_own(as_if_full):
     text = page(as_if_full, "there")
     assert "Held against it so far: 1 of" in text
     assert "[3.2-snapshots](there/as-printed/3.2/README.md)" in text
+
+
+def test_what_differs_with_the_papers_algorithm_has_its_reason(as_if_full, monkeypatch):
+    shutil.copytree(as_if_full / "3.2", as_if_full / "as-printed" / "3.2")
+    path = as_if_full / "as-printed" / "3.2" / "results.json"
+    results = json.loads(path.read_text())
+    monkeypatch.setitem(prose()["as_printed"]["differences"], "3.2-snapshots", "Objects roll.")
+    for agrees in (True, False):
+        verdicts = [one | {"agrees": agrees} for one in results["verdicts"]]
+        path.write_text(json.dumps(results | {"verdicts": verdicts}))
+        reason = "* [3.2-snapshots](there/as-printed/3.2/README.md): Objects roll."
+        assert (reason in page(as_if_full, "there")) is not agrees
+
+
+def test_reasons_are_of_claims_that_differ_with_the_papers_algorithm():
+    root = ROOT / "experiments" / "as-printed"
+    found = [ExperimentFolder(root / name).results() for name in EXPERIMENTS_AS_PRINTED]
+    verdicts = {}
+    for results in filter(None, found):
+        verdicts |= {one.claim: one.agrees for one in results.verdicts if not one.variant}
+    assert not any(verdicts[claim] for claim in prose()["as_printed"]["differences"])
 
 
 def test_every_claim_that_differs_has_a_sentence():
