@@ -32,7 +32,7 @@ PERMUTATIONS = 99
 """Exchanges of labels in a test."""
 BLOCK_S = 20
 """Windows of real animals that begin within so long (s) are of one group: they were recorded at the same time."""
-FORM = "0077"
+FORM = "0078"
 """The decision that says how networks of these rows move; the code of earlier ones is not there any more."""
 FIELDS = (
     "form", "recording", "seed", "model", "window_s", "against", "real_windows", "accuracy", "low", "high", "p_value", "auc",

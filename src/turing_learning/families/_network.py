@@ -29,6 +29,7 @@ from turing_learning.models import Parameter
 from turing_learning.trajectories import Trajectories, Windows
 
 from ._family import MOST_PLACES, Family
+from ._losses import NO_LOSSES, Losses, lose, losses_of
 from ._pieces import horizon_steps
 from ._starts import without_jumps
 from ._tank import open_grid, recorded_grid, rectangle_grid, same_tank, tanks_of
@@ -93,6 +94,7 @@ class Brain(NamedTuple):
     tanks: Tanks
     starts: Starts
     comings: Comings
+    losses: Losses
     interval_s: float
     log_likelihood: float  # of steps that were not learned from, nats per step above chance
 
@@ -116,6 +118,9 @@ class Network(Family):
     whose direction is its course; and how fast it is when it is fast, in place of the averages. Whoever of them
     is not held up goes on for longer with what came next. They leave as they were recorded to leave, or where others
     left. In a group of another size more come, or fewer, in proportion. There is no other tank for them.
+
+    Where a tracker has lost individuals, mostly those who were near to others, it loses those of a model as often and for
+    as long, and a sample is of one whom it never loses. `simulate` returns where everybody was all the time.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
@@ -291,6 +296,8 @@ class Network(Family):
             shapes,
             _joined(starts),
             Comings(*(np.concatenate(parts) for parts in zip(*comings, strict=True))),
+            # whoever is gone where people pass has left
+            NO_LOSSES if any(map(len, left)) else losses_of(recordings, learned),
             windows.interval_s,
             log_likelihood,
         )
@@ -362,7 +369,11 @@ class Network(Family):
         rule = f"have steps with {PAST} steps before them and no gap"
         require(starts, "recordings", rule, "none", "Bridge gaps.")
         nobody = [np.empty((0, 2))] * len(paths)
-        brain = self.brain._replace(tanks=tanks_of(grids, walls, nobody), starts=_joined(starts))
+        brain = self.brain._replace(
+            tanks=tanks_of(grids, walls, nobody),
+            starts=_joined(starts),
+            losses=losses_of(recordings, learned),
+        )
         return replace(
             self,
             brain=brain,
@@ -379,9 +390,9 @@ class Network(Family):
         return super().in_group(individuals, tank_cm, **settings)
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return where everybody was, also those who came later or left; see `Family.simulate`."""
+        """Return where everybody was, also those who came later or left, or would have been lost; see `Family.simulate`."""
         gains = self._gains(self._checked(parameters))
-        return self._moved(gains, rng.spawn(len(gains)))
+        return self._moved(gains, rng.spawn(len(gains)), NO_LOSSES)
 
     def to_bytes(self) -> bytes:
         """Return what was learned in the format safetensors: numbers alone, no code."""
@@ -396,6 +407,8 @@ class Network(Family):
         description["units"] = self.brain.units._replace(memory_rates=rates)._asdict()
         tensors = {}
         for section in PARTS:
+            if section == "losses" and not len(self.brain.losses.gaps):
+                continue
             for name, values in getattr(self.brain, section)._asdict().items():
                 tensors[f"{section}.{name}"] = np.ascontiguousarray(values)
         return save(tensors, {"network": json.dumps(description)})
@@ -417,8 +430,11 @@ class Network(Family):
         require(
             description.get("format") == FORMAT, "content", rule, f"tensors {brief(list(tensors))}"
         )
-        fields: dict[str, Any] = {}
+        fields: dict[str, Any] = {"losses": NO_LOSSES}
         for section, tuple_type in PARTS.items():
+            # not in networks from before decision 0078, nor where nobody is ever lost
+            if section == "losses" and "losses.gaps" not in tensors:
+                continue
             fields[section] = tuple_type(
                 **{name: tensors[f"{section}.{name}"] for name in tuple_type._fields}
             )
@@ -445,15 +461,20 @@ class Network(Family):
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:
         gains = self._gains(parameters)
         rngs = rng.spawn(len(gains))
-        positions = self._moved(gains, rngs)
-        if not self._open:
+        losses = self.brain.losses
+        positions = self._moved(gains, rngs, losses)
+        if not (self._open or len(losses.gaps)):
             return positions, None
-        # a sample is of one who was there all the time; where there is none, another moment is tried
-        for _ in range(MOMENTS):
-            failed = np.flatnonzero(~_stayed(positions).any(axis=1))
+        # samples are of those who were there all the time; where there are too few, another moment is tried
+        for attempt in range(MOMENTS):
+            failed = np.flatnonzero(_stayed(positions).sum(axis=1) < self.observed)
             if not len(failed):
                 break
-            again = self._moved(gains[failed], [rngs[m] for m in failed])
+            # in a long sample somebody is always lost
+            last = attempt == MOMENTS - 1
+            again = self._moved(
+                gains[failed], [rngs[m] for m in failed], NO_LOSSES if last else losses
+            )
             wider = again.shape[2] - positions.shape[2]
             if wider > 0:
                 room = ((0, 0), (0, 0), (0, wider), (0, 0))
@@ -478,8 +499,10 @@ class Network(Family):
         """Whether individuals come and go."""
         return bool(self.brain.comings.frames.any())
 
-    def _moved(self, gains: np.ndarray, rngs: Sequence[np.random.Generator]) -> np.ndarray:
-        """Return where groups with these gains (M, 7) are (M, F, A, 2), each with random numbers of its own."""
+    def _moved(
+        self, gains: np.ndarray, rngs: Sequence[np.random.Generator], losses: Losses
+    ) -> np.ndarray:
+        """Return where groups with these gains (M, 7) are seen (M, F, A, 2), each with random numbers of its own."""
         brain = self.brain
         count = len(gains)
         tanks = brain.tanks if self.tank_cm is None else _rectangular_tank(*self.tank_cm)
@@ -534,7 +557,10 @@ class Network(Family):
             brain.layers,
             brain.pieces,
         )
-        return paths[:, HISTORY + self.settling_steps :]
+        paths = paths[:, HISTORY:]
+        if len(losses.gaps):
+            paths = lose(paths, losses, rngs)
+        return paths[:, self.settling_steps :]
 
     def _coming(self, tank: int, at: int, rng: np.random.Generator) -> list[tuple[int, int]]:
         """Return after how many steps individuals come into a tank after a moment, and their numbers among `Comings`.
@@ -601,6 +627,7 @@ PARTS: dict[str, Any] = {
     "tanks": Tanks,
     "starts": Starts,
     "comings": Comings,
+    "losses": Losses,
 }
 
 

@@ -10,6 +10,7 @@ from numba import njit
 import turing_learning as tl
 from turing_learning.cli import main
 from turing_learning.families import Couzin, Network, _imitation, _tank, virtual_group
+from turing_learning.families._losses import NO_LOSSES, Losses
 from turing_learning.kernels import imitation
 from turing_learning.trajectories import Trajectories
 
@@ -208,6 +209,53 @@ def test_a_stored_network_moves_to_the_same_bits(network, tmp_path):
     again = Network.load(tmp_path / "again.safetensors")
     first = network.simulate(values(network, 3), np.random.default_rng(7))
     assert (first == again.simulate(values(again, 3), np.random.default_rng(7))).all()
+
+
+def often_lost(network):
+    """The same network where a tracker loses whoever has another within 3 cm, in a twentieth of the steps."""
+    losses = Losses(np.array([3.0]), np.array([0.05, 0.0]), np.array([4, 9]))
+    return replace(network, brain=network.brain._replace(losses=losses))
+
+
+def test_samples_are_of_those_whom_a_tracker_does_not_lose(network):
+    lossy = often_lost(network)
+    samples = lossy(values(network, 40), np.random.default_rng(5))
+    assert np.isfinite(samples).all()
+    # where a neighbor is lost, another one is the nearest from one step to the next
+    jump = np.abs(np.diff(samples[..., network.signals.index("neighbor_distance")])).max()
+    whole = network(values(network, 40), np.random.default_rng(5))
+    assert jump > 2 * np.abs(np.diff(whole[..., network.signals.index("neighbor_distance")])).max()
+
+
+def test_virtual_animals_are_never_lost(network):
+    everybody = often_lost(network).simulate(values(network, 4), np.random.default_rng(5))
+    np.testing.assert_array_equal(
+        everybody, network.simulate(values(network, 4), np.random.default_rng(5))
+    )
+
+
+def test_a_sample_that_is_too_long_for_a_tracker_is_of_one_who_is_never_lost(network):
+    always = NO_LOSSES._replace(chances=np.array([1.0]), gaps=np.array([1]))
+    lossy = replace(network, brain=network.brain._replace(losses=always))
+    assert np.isfinite(lossy(values(network, 3), np.random.default_rng(5))).all()
+
+
+def test_a_file_keeps_how_individuals_are_lost(network):
+    lossy = often_lost(network)
+    again = Network.from_bytes(lossy.to_bytes())
+    for kept, own in zip(again.brain.losses, lossy.brain.losses, strict=True):
+        np.testing.assert_array_equal(kept, own)
+    assert Network.from_bytes(network.to_bytes()).brain.losses is NO_LOSSES
+
+
+def test_losses_are_those_of_the_recordings_in_which_groups_begin(network):
+    others = virtual_group(network, dict.fromkeys(network.parameters, 1.0), duration_s=60, seed=1)
+    present = others.present.copy()
+    present[100:500:20, 0] = False
+    others = replace(others, present=present)
+    windows = others.windows(20, signals=("speed", "turn"))
+    losses = network.in_recordings(others, windows, tanks=[None]).brain.losses
+    assert set(losses.gaps) == {1}
 
 
 def test_a_file_that_is_no_network_is_refused(tmp_path):
