@@ -218,7 +218,8 @@ class Judgment:
         # how far off searches are says less than classifiers see
         if not self._calibrated:
             return Verdict.TOLD
-        if self.search_succeeds or self._beyond_searches:
+        # or it is told better than what searches for a known truth found
+        if self.search_succeeds or self.examination.accuracy > _limit(self.recovered, SURE):
             return Verdict.REJECTED
         return Verdict.FAILED
 
@@ -320,12 +321,6 @@ class Judgment:
     def _calibrated(self) -> bool:
         """Whether searches for a known truth say what is usual."""
         return min(len(self.recovered), len(self.attainable)) >= 2
-
-    @property
-    def _beyond_searches(self) -> bool:
-        """Whether the estimate is told better than what searches for a known truth found."""
-        test = self.examination
-        return test is not None and test.accuracy > _limit(self.recovered, SURE)
 
     @property
     def _all_loose(self) -> bool:
