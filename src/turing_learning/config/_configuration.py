@@ -159,7 +159,9 @@ class Configuration(Section):
         """Return the number of trials that so many steps of the run spend, at least one."""
         if self.run.trials:
             return self._schedule[steps - 1]
-        return self.trials_per_generation * steps
+        # A trial is an execution of the system, whatever the number of replicas in it
+        models = self.models.parents + self.models.offspring
+        return self.system.trials_per_model * models * steps
 
     def trials_in_step(self, step: int) -> int:
         """Return the number of trials that one step of the run spends; the first is step 1."""
@@ -174,13 +176,6 @@ class Configuration(Section):
         if self.run.trials:
             return np.array(self._schedule[:steps])
         return None
-
-    @property
-    def trials_per_generation(self) -> int:
-        """Number of trials in a generation: executions of the system, whatever the number of
-        replicas in one.
-        """
-        return self.system.trials_per_model * (self.models.parents + self.models.offspring)
 
     @property
     def given(self) -> tuple[Setting, ...]:
