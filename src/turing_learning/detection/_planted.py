@@ -85,17 +85,9 @@ def _far(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.
     return paths[:, k] + 0.3 * float(np.hypot(*np.ptp(paths, axis=(0, 1)))) * away / length
 
 
-def _follows_nobody(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    return np.roll(paths[:, k], len(paths) // 2, axis=0)
-
-
 def _follows_always(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     followed = _path_behind(paths, k, 0.5 * fps, rng)
     return _smooth(followed, SMOOTHING_S / 4 * fps) + rng.normal(0.0, 0.01, followed.shape)
-
-
-def _delayed_copy(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    return _path_behind(paths, k, 3 * fps, rng)
 
 
 def _path_behind(paths: np.ndarray, k: int, frames: float, rng: np.random.Generator) -> np.ndarray:
@@ -114,12 +106,12 @@ PLANTED_KINDS: dict[str, Planting] = {
     "too jittery": _paced(jitter=1.0),
     "too slow": _paced(pace=0.5),
     "too near": _near,
-    "follows nobody": _follows_nobody,
+    "follows nobody": lambda paths, k, fps, rng: np.roll(paths[:, k], len(paths) // 2, axis=0),
     "too straight": _paced(turning=0.25),
     "too fast": _paced(pace=2.0),
     "too far": _far,
     "follows always": _follows_always,
-    "delayed copy": _delayed_copy,
+    "delayed copy": lambda paths, k, fps, rng: _path_behind(paths, k, 3 * fps, rng),
     "circling": _paced(drift=0.3),
     "stopping": _stopping,
 }
