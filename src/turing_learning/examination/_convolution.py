@@ -59,7 +59,9 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
     wanted = max(1, FEATURES // (KERNEL_THRESHOLDS * len(series)))
     columns = []
     for signal in series:
-        dilations = _dilations(signal.shape[1])
+        # distances between the values under a kernel
+        widest = max(1.0, (signal.shape[1] - 1) / (LENGTH - 1))
+        dilations = np.unique(np.geomspace(1, widest, MOST_DILATIONS).astype(int))
         drawn = np.sort(rng.permutation(len(kernels) * len(dilations))[:wanted])
         together = max(1, AT_ONCE // signal[..., 0].size)
         for number, dilation in enumerate(dilations):
@@ -94,12 +96,6 @@ def _shares(
         above = responses > thresholds[:, level, None, None]
         exceeded.append((above.astype(np.float32) @ ones).astype(float) / len(ones))
     return np.stack(exceeded, axis=2).transpose(1, 0, 2).reshape(len(series), -1)
-
-
-def _dilations(steps: int) -> np.ndarray:
-    """Return distances between the values under a kernel that fit into so many steps."""
-    widest = max(1.0, (steps - 1) / (LENGTH - 1))
-    return np.unique(np.geomspace(1, widest, MOST_DILATIONS).astype(int))
 
 
 def _mixture(series: np.ndarray, rng: np.random.Generator) -> np.ndarray:
