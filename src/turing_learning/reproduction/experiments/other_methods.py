@@ -39,7 +39,10 @@ def conduct_baseline(work: Work, findings: Findings) -> None:
     """Run least squares in both case studies, compute what the theorem predicts, and check its statements."""
     aggregation = _baseline(work, AGGREGATION, "4.5-least-squares-aggregation")
     clustering = _baseline(work, OBJECT_CLUSTERING, "4.5-least-squares-clustering")
-    stored = work.piece("theorem", partial(_checked_statements, work.sizes["cases"]))
+    cases = work.sizes["cases"]
+    stored = work.piece(
+        "theorem", lambda: {"checks": list(map(asdict, methods.check_statements(cases)))}
+    )
     checks = [methods.StatementCheck(**check) for check in stored["checks"]]
     texts = []
     for check in checks:
@@ -60,10 +63,6 @@ def conduct_baseline(work: Work, findings: Findings) -> None:
     columns = ["statement", "cases", "largest_difference", "smallest_distance"]
     frame = pd.DataFrame([list(asdict(check).values()) for check in checks], columns=columns)
     findings.table("theorem", frame.assign(holds=[check.holds for check in checks]))
-
-
-def _checked_statements(cases: int) -> dict[str, Any]:
-    return {"checks": list(map(asdict, methods.check_statements(cases)))}
 
 
 def _baseline(work: Work, scenario: Scenario, claim: str) -> Baseline:
