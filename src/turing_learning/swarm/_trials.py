@@ -80,11 +80,6 @@ class _Body:
     deceleration: float = 0.0  # by dry friction on the ground (cm/s^2)
     touched: bool = True
 
-    @property
-    def contact_cm(self) -> float:
-        """Radius as others bump into it (cm); NaN if nothing does."""
-        return self.radius_cm if self.touched else math.nan
-
 
 def build_world(
     scenario: Scenario,
@@ -118,7 +113,8 @@ def build_world(
     return World(
         robots=robots,
         bodies=sum(numbers),
-        radius=of_all(body.contact_cm for body in bodies),
+        # Nothing bumps into a radius of NaN.
+        radius=of_all(body.radius_cm if body.touched else math.nan for body in bodies),
         inverse_mass=of_all(1 / body.mass_g for body in bodies),
         # The moment of inertia of a homogeneous disk (g cm^2).
         inverse_inertia=of_all(1 / (0.5 * body.mass_g * body.radius_cm**2) for body in bodies),
