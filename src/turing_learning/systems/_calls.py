@@ -32,15 +32,13 @@ def importable_name(function: Any) -> str | None:
     return name
 
 
-def name_of(
-    function: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError
-) -> str:
+def name_of(function: Any, error: type[RefusedError] = RefusedError) -> str:
     """Return the name of a function; reject one that cannot be imported by it."""
     name = function
     if not isinstance(function, str):
         name = importable_name(function)
-    require(name, argument, _RULE, brief(function), _REMEDY, error=error)
-    imported(name, argument, error)
+    require(name, "simulate", _RULE, brief(function), _REMEDY, error=error)
+    imported(name, error=error)
     return str(name)
 
 
