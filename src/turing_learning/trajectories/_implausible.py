@@ -3,6 +3,7 @@
 import numpy as np
 
 from ._recording import thinning
+from ._signals import lives_of
 
 LEAST_RATE, MOST_RATE = 1.0, 2000.0
 """Frame rates (1/s) of most videos; beyond them times are often in another unit than s."""
@@ -95,7 +96,7 @@ def implausible(
                 f"frame to frame: keep one frame in {every} by {thinning(every)}, or smooth"
             )
     # Uneven times leave most frames without a row
-    gaps = _gaps_between(likely)
+    gaps = int((lives_of(likely) & ~likely).sum())
     if likely.sum() >= LONG and gaps > likely.sum():
         share = gaps / (gaps + likely.sum())
         doubts.append(
@@ -139,10 +140,3 @@ def _noise_of_turns(positions: np.ndarray, present: np.ndarray) -> tuple[float, 
     if not step or not squares:
         return 0.0, 0.0, 0.0
     return np.sqrt(variance / 6), np.sqrt(variance) / step, (first * second).sum() / squares
-
-
-def _gaps_between(present: np.ndarray) -> int:
-    """Return how many positions (F, A) are missing between the first and the last one of individuals."""
-    begun = np.maximum.accumulate(present, axis=0)
-    ending = np.maximum.accumulate(present[::-1], axis=0)[::-1]
-    return int((begun & ending & ~present).sum())

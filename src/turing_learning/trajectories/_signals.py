@@ -169,6 +169,11 @@ def next_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
     return flags.shape[axis] - 1 - np.flip(last_true(np.flip(flags, axis), axis), axis)
 
 
+def lives_of(present: np.ndarray) -> np.ndarray:
+    """Return the frames from the first position of each individual to its last one (F, A)."""
+    return (last_true(present) >= 0) & (next_true(present) < len(present))
+
+
 def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarray:
     """Return centered moving averages (..., F, A, 2) over `frames`, narrower toward gaps, never across them."""
     count = present.shape[-2]

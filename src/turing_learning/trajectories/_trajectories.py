@@ -22,7 +22,7 @@ from turing_learning.errors import (
 
 from ._implausible import implausible
 from ._recording import JUMP_FACTOR, Jump, Problems, Reading, counted, doubt_headings, thinning
-from ._signals import Signals, compute_signals, last_true, next_true, wrap
+from ._signals import Signals, compute_signals, last_true, lives_of, next_true, wrap
 from ._unlikely import LONGEST_REST_S, Unlikely, find_unlikely
 from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
 
@@ -112,9 +112,7 @@ class Trajectories:
     @property
     def _lives(self) -> np.ndarray:
         """Frames from the first position of each individual to its last one (F, A)."""
-        begun = last_true(self.present) >= 0
-        going_on = next_true(self.present) < len(self.present)
-        return begun & going_on
+        return lives_of(self.present)
 
     @property
     def reach(self) -> np.ndarray:

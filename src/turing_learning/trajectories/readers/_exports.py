@@ -94,7 +94,8 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         )  # fmt: skip
     columns = [table[names.index(name)] for name in (time, x, y)]
     rows = pd.DataFrame(dict(zip(("time (s)", "x", "y"), columns, strict=True)))
-    recording = read_long(frame_sheet(rows, str(path)), _of_table(options))
+    of_times = Options(fps=options.fps, resample=options.resample, project=options.project)
+    recording = read_long(frame_sheet(rows, str(path)), of_times)
     who = facts.get("subject name") or "1"
     # the table has one individual because the file does, and not for want of a column
     remarks = [line for line in recording.remarks if not line.startswith("without a column id")]
@@ -108,11 +109,6 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         unread=tuple(name for name in names if name and name not in (time, x, y)),
         remarks=tuple(remarks),
     )
-
-
-def _of_table(options: Options) -> Options:
-    """Return the options that concern the times of rows."""
-    return Options(fps=options.fps, resample=options.resample, project=options.project)
 
 
 GPX = Layout(

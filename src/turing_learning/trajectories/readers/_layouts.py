@@ -75,56 +75,45 @@ class Layout:
 
 
 TIDY = Layout()
-TRACKTOR = (
-    Layout(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
-        "tracktor",
-        {"frame": ["frame"], "x": ["pos_x"], "y": ["pos_y"], "z": ["pos_z"]},
-        y_axis="down",
-        extras=False,
-    )
-)
-TRACKMATE = (
-    Layout(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
-        "trackmate",
-        {
-            "frame": ["frame"],
-            "time": ["position_t"],
-            "x": ["position_x"],
-            "y": ["position_y"],
-            "z": ["position_z"],
-        },
-        who=("track_id",),
-        needs=("track_id",),
-        y_axis="down",
-        untracked=True,
-    )
-)
-ANIMALTA_ROWS = Layout(  # Chiara and Kim 2023, AnimalTA, Methods in Ecology and Evolution 14
-    "animalta",
-    {"frame": ["frame"], "time": ["time"], "x": ["x"], "y": ["y"]},
-    who=("ind",),
+# Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
+TRACKTOR = Layout(
+    "tracktor",
+    {"frame": ["frame"], "x": ["pos_x"], "y": ["pos_y"], "z": ["pos_z"]},
     y_axis="down",
     extras=False,
 )
-IDTRACKER_ROWS = (
-    Layout(  # Romero-Ferrero et al. 2019, idtracker.ai, Nature Methods 16; trajectories_tidy.csv
-        "idtracker.ai-csv",
-        {"frame": ["frame"], "time": ["time"], "x": ["x"], "y": ["y"]},
-        who=("individual",),
-        y_axis="down",
-        extras=False,
-    )
+# Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
+TRACKMATE = Layout(
+    "trackmate",
+    {
+        "frame": ["frame"],
+        "time": ["position_t"],
+        "x": ["position_x"],
+        "y": ["position_y"],
+        "z": ["position_z"],
+    },
+    who=("track_id",),
+    needs=("track_id",),
+    y_axis="down",
+    untracked=True,
 )
-FASTTRACK = (
-    Layout(  # Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
-        "fasttrack",
-        {"frame": ["imagenumber"], "x": ["xbody"], "y": ["ybody"], "heading": ["tbody"]},
-        who=("id",),
-        y_axis="down",
-        against_y=True,
-    )
+_PLAIN = {"frame": ["frame"], "time": ["time"], "x": ["x"], "y": ["y"]}
+# Chiara and Kim 2023, AnimalTA, Methods in Ecology and Evolution 14
+ANIMALTA_ROWS = Layout("animalta", _PLAIN, who=("ind",), y_axis="down", extras=False)
+# Romero-Ferrero et al. 2019, idtracker.ai, Nature Methods 16; trajectories_tidy.csv
+IDTRACKER_ROWS = Layout(
+    "idtracker.ai-csv", _PLAIN, who=("individual",), y_axis="down", extras=False
 )
-TREX = Layout(  # Walter and Couzin 2021, TRex, eLife 10; a file for each individual
+# Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
+FASTTRACK = Layout(
+    "fasttrack",
+    {"frame": ["imagenumber"], "x": ["xbody"], "y": ["ybody"], "heading": ["tbody"]},
+    who=("id",),
+    y_axis="down",
+    against_y=True,
+)
+# Walter and Couzin 2021, TRex, eLife 10; a file for each individual
+TREX = Layout(
     "trex-csv",
     {
         "frame": ["frame"],
@@ -136,13 +125,15 @@ TREX = Layout(  # Walter and Couzin 2021, TRex, eLife 10; a file for each indivi
     extras=False,
     absent=("inf", "-inf", "infinity", "-infinity"),
 )
-TOXTRAC = Layout(  # Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9; with a header line
+# Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9; with a header line
+TOXTRAC = Layout(
     "toxtrac-csv",
     {"time": [r"time \(sec\)"], "x": [r"pos\. x \(.*\)"], "y": [r"pos\. y \(.*\)"]},
     who=("track",),
     y_axis="down",
 )
-ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the left
+# `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the left
+ROS = Layout(
     "ros-csv",
     {
         "time": ["%time", "__time", "time"],
@@ -161,7 +152,8 @@ ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the
     unit="m",
     single=True,
 )
-MOVEBANK = Layout(  # Kays et al. 2022, The Movebank system, Methods in Ecology and Evolution 13; degrees, UTC
+# Kays et al. 2022, The Movebank system, Methods in Ecology and Evolution 13; degrees, UTC
+MOVEBANK = Layout(
     "movebank",
     {"time": ["timestamp"], "x": [r"location[-_]long"], "y": [r"location[-_]lat"]},
     who=(

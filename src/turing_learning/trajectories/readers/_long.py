@@ -30,13 +30,13 @@ from ._times import (
     LARGEST_TIME,
     TIME,
     UNITS_OF_TIME,
-    check_times,
     frames_at,
     per_second,
     rounded,
     seconds_of,
     since_start,
     stated_rate,
+    uneven_seconds,
     unstated,
 )
 
@@ -378,12 +378,8 @@ class _LongTable:
         times, notes = since_start(times, IN_UNITS.get(name, 1.0))
         remarks = [*([sheet.remark] if sheet.remark else []), *notes]
         if options.resample is not None:
-            check_times(times, sheet.at, LARGEST_TIME)
-            moments, order = np.unique(times, return_inverse=True)
-            if len(moments) < 2:
-                raise refusal("have two times or more", len(moments), sheet.origin)
-            rate = 1 / float(np.median(np.diff(moments)))
-            seconds = times / per_second(rate, options.fps, sheet.origin, name)
+            seconds = uneven_seconds(times, options.fps, name, sheet.origin, sheet.at)
+            _, order = np.unique(times, return_inverse=True)
             return _Moments(order.astype(float), None, remarks, seconds, _even(times, name))
         frames = None
         # What a name or a date says of the unit states a rate, whatever the user's is

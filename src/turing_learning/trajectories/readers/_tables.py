@@ -62,6 +62,7 @@ from ._times import (
     rounded,
     seconds_of,
     stated_rate,
+    uneven_seconds,
     unstated,
 )
 
@@ -370,12 +371,7 @@ def _resampled_wide(
     names: Mapping[str, str],
 ) -> Recording:  # fmt: skip
     """Return values (rows, A, 2 or 3) at uneven times as a recording at an even rate."""
-    check_times(times, sheet.at, LARGEST_TIME)
-    moments = np.unique(times)
-    if len(moments) < 2:
-        raise refusal("have two times or more", len(moments), sheet.origin)
-    rate = 1 / float(np.median(np.diff(moments)))
-    seconds = times / per_second(rate, options.fps, sheet.origin, name)
+    seconds = uneven_seconds(times, options.fps, name, sheet.origin, sheet.at)
     count = len(individuals)
     fps = float(options.resample or 0)
     rows = values.reshape(len(times) * count, -1)

@@ -437,6 +437,18 @@ def _day_and_month(
     raise refusal(rule, repr(texts[0]), at(0), "Write the year first, or day.month.year.")
 
 
+def uneven_seconds(
+    times: np.ndarray, fps: float | None, name: str, file: object, at: Callable[[int], str]
+) -> np.ndarray:
+    """Return times (rows,) in s, of two moments or more, that are to be resampled."""
+    check_times(times, at, LARGEST_TIME)
+    moments = np.unique(times)
+    if len(moments) < 2:
+        raise refusal("have two times or more", len(moments), file)
+    rate = 1 / float(np.median(np.diff(moments)))
+    return times / per_second(rate, fps, file, name)
+
+
 def since_start(times: np.ndarray, per_s: float) -> tuple[np.ndarray, list[str]]:
     """Return times (rows,) from their start, with a remark, if they count since another age: those of computers."""
     first_time = float(np.nanmin(times))
