@@ -133,9 +133,8 @@ class ElmanClassifier:
         if faults.max() >= 0:
             s, t, d = map(int, np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
             where = f"sample {s}, step {t}, signal {d}"
-            refuse(
-                "samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=where
-            )
+            rule = "be finite"
+            refuse("samples", rule, f"{samples[s, t, d]}", "Remove or repair it.", place=where)
         return blocks
 
     def _weights(self, genomes: np.ndarray) -> np.ndarray:
