@@ -34,12 +34,8 @@ class PassiveInterrogation:
         """
         samples = self.source.collect(models, rng)
         rule = f"yield counterfeit samples of each of the M = {len(models)} models"
-        require(
-            len(samples.counterfeit) == len(models),
-            "source",
-            rule,
-            f"samples of {len(samples.counterfeit)}",
-        )
+        got = f"samples of {len(samples.counterfeit)}"
+        require(len(samples.counterfeit) == len(models), "source", rule, got)
         genuine = self._outputs(classifiers, samples.genuine)
         jury = classifiers
         if referees is not None:

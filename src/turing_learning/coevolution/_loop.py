@@ -175,9 +175,8 @@ class Coevolution:
 
 def _reward(name: str, reward: Reward, judgments: Judgments, size: int) -> np.ndarray:
     rewards = np.asarray(reward(judgments), dtype=np.float64)
-    require(
-        rewards.shape == (size,), name, f"return an array of shape ({size},)", str(rewards.shape)
-    )
+    rule = f"return an array of shape ({size},)"
+    require(rewards.shape == (size,), name, rule, str(rewards.shape))
     k = int(np.argmin(np.isfinite(rewards)))
     require(np.isfinite(rewards[k]), name, "return finite numbers", f"{rewards[k]} at {k}")
     return rewards

@@ -46,11 +46,8 @@ class Judgments:
             # So that NaN, too, is rejected
             if not truth and not (values.min() >= 0 and values.max() <= 1):
                 index = tuple(map(int, np.argwhere(~((values >= 0) & (values <= 1)))[0]))
-                refuse(
-                    name,
-                    "be from 0 to 1",
-                    f"{values[index]} at {index} of ({', '.join(shape.split())})",
-                )
+                rule = "be from 0 to 1"
+                refuse(name, rule, f"{values[index]} at {index} of ({', '.join(shape.split())})")
         met_by_some = self.met is None or bool(self.met.any(axis=0).all())
         require(met_by_some, "met", "hold a classifier for each model", "a model that none has met")
 
