@@ -124,9 +124,8 @@ class Configuration(Section):
         rule = f"be {paper!r} with run.trials, which has a search of its own"
         require(not trials or optimizer == paper, "models.optimizer", rule, repr(optimizer), remedy)
         tolerance = self.run.tolerance
-        require(
-            trials > 0 or not tolerance, "run.tolerance", "be 0 without `run.trials`", tolerance
-        )
+        rule = "be 0 without `run.trials`"
+        require(trials > 0 or not tolerance, "run.tolerance", rule, tolerance)
         batch = self.run.batch
         rule = "be 0 without `run.trials`"
         if trials:
@@ -201,9 +200,8 @@ class Configuration(Section):
     def swarm(self) -> Scenario:
         """The scenario, where it is one of robots; a custom system is rejected."""
         is_swarm = scenario_type(self.scenario) is Scenario
-        require(
-            is_swarm, "scenario", "be one of robots", f"{self.scenario.name!r}, a custom system"
-        )
+        rule = "be one of robots"
+        require(is_swarm, "scenario", rule, f"{self.scenario.name!r}, a custom system")
         return cast(Scenario, self.scenario)
 
     @property

@@ -394,14 +394,12 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
     population = values.pop("population")
     if "parents" in values or "offspring" in values:
         got = f"{brief(population)} beside them"
-        origins.refuse(
-            key, "be given without parents and offspring", got, "Remove one or the other."
-        )
+        rule = "be given without parents and offspring"
+        origins.refuse(key, rule, got, "Remove one or the other.")
     if type(population) is not int or population < 2 or population % 2:
         rule = "be an even number of at least 2, as it is split into as many parents as offspring"
-        origins.refuse(
-            key, rule, brief(population), "For an uneven split give parents and offspring."
-        )
+        remedy = "For an uneven split give parents and offspring."
+        origins.refuse(key, rule, brief(population), remedy)
     return {**values, "parents": population // 2, "offspring": population // 2}
 
 

@@ -70,9 +70,8 @@ def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
             earlier = settings.setdefault(key, value)
             words_before = statement_of.setdefault(key, words)
             if earlier is not value and earlier != value:
-                reject(
-                    key, "be given once", f"{words_before} and {words}", "Leave one of them out."
-                )
+                rule = "be given once"
+                reject(key, rule, f"{words_before} and {words}", "Leave one of them out.")
     return settings
 
 
@@ -143,9 +142,8 @@ def _require_executable(
         reject("scenario", rule, got, remedy)
     if configuration.given:
         rule = "be a name that a worker can import"
-        reject(
-            configuration.given[0].name, rule, "an object of this process", "Give module:function."
-        )
+        got = "an object of this process"
+        reject(configuration.given[0].name, rule, got, "Give module:function.")
 
 
 def _all_settings(
