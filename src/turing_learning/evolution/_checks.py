@@ -72,12 +72,8 @@ def check_range(
     low = check_vector("initial_low", low, dimension)
     high = check_vector("initial_high", high, dimension)
     k = int(np.argmin(low < high))
-    require(
-        (low < high).all(),
-        "initial_low",
-        "be below `initial_high`",
-        f"{low[k]} and {high[k]} for parameter {k}",
-    )
+    rule = "be below `initial_high`"
+    require((low < high).all(), "initial_low", rule, f"{low[k]} and {high[k]} for parameter {k}")
     return low, high
 
 

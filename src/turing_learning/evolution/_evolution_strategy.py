@@ -84,9 +84,8 @@ class EvolutionStrategy(Turns):
         self._seed = check_seed(seed)
         self._minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
         steps = check_vector("initial_step_size", initial_step_size, dimension)
-        require(
-            (self._minimum >= 0).all(), "minimum_step_size", "not be negative", self._minimum.min()
-        )
+        rule = "not be negative"
+        require((self._minimum >= 0).all(), "minimum_step_size", rule, self._minimum.min())
         fits = ((steps >= self._minimum) & (steps > 0) & (steps <= STEP_SIZE_LIMIT)).all()
         rule = f"be above 0, at least `minimum_step_size`, and at most {STEP_SIZE_LIMIT:g}"
         require(fits, "initial_step_size", rule, f"{steps.min()} to {steps.max()}")

@@ -110,19 +110,14 @@ class Jumper:
         )
         indices = [int(index) for group in groups for index in group]
         if len(set(map(len, groups))) > 1 or len(set(indices)) < len(indices) or len(groups) == 1:
-            refuse(
-                "groups", "be two or more of one length and have no index in common", str(groups)
-            )
+            rule = "be two or more of one length and have no index in common"
+            refuse("groups", rule, str(groups))
         for name, indices_given in (("groups", indices), ("dependent", list(map(int, dependent)))):
             fits = all(0 <= index < self._dimension for index in indices_given)
             got = str(groups if name == "groups" else dependent)
             require(fits, name, f"hold indices from 0 to {self._dimension - 1}", got)
-        require(
-            not {*map(int, dependent)} & {*indices},
-            "dependent",
-            "hold no index of a group",
-            str(dependent),
-        )
+        rule = "hold no index of a group"
+        require(not {*map(int, dependent)} & {*indices}, "dependent", rule, str(dependent))
         self._groups = np.array(indices, dtype=np.int64).reshape(len(groups), -1 if indices else 0)
         self._dependent = np.array(list(map(int, dependent)), dtype=np.int64)
 
