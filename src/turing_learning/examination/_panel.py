@@ -195,17 +195,12 @@ def group_numbers(
     numbers = []
     begin = 0
     for name, side, count in zip(("real", "simulated"), sides, counts, strict=True):
-        require(
-            len(side) == count,
-            "groups",
-            f"be one label for each of the {count} {name} samples",
-            len(side),
-        )
+        rule = f"be one label for each of the {count} {name} samples"
+        require(len(side) == count, "groups", rule, len(side))
         labels, members = np.unique(np.asarray(side), return_inverse=True)
         rule = f"tell at least 2 groups of {name} samples apart"
-        require(
-            len(labels) >= 2, "groups", rule, len(labels), "Record more, or name smaller groups."
-        )
+        remedy = "Record more, or name smaller groups."
+        require(len(labels) >= 2, "groups", rule, len(labels), remedy)
         numbers.append(members.ravel() + begin)
         begin += len(labels)
     return numbers[0], numbers[1]

@@ -242,9 +242,8 @@ def _names(names: Sequence[str], every: Sequence[Trajectories]) -> tuple[str, ..
         rule = f"be some of {', '.join(allowed)}"
         require(name in allowed, "signals", rule, repr(name), nearest(name, allowed))
     alone = [name for name in names if name not in ("speed", "turn")]
-    require(
-        fewest >= 2 or not alone, "signals", "be speed and turn of one individual", ", ".join(alone)
-    )
+    rule = "be speed and turn of one individual"
+    require(fewest >= 2 or not alone, "signals", rule, ", ".join(alone))
     return tuple(names)
 
 
@@ -276,13 +275,8 @@ def _cut(
     samples = np.stack([columns[name] for name in names], axis=-1)
     # A distance to the nearest, for example, is not there where somebody is alone
     complete = np.isfinite(samples).all(axis=(1, 2))
-    require(
-        complete.any(),
-        "signals",
-        "be there in at least one window",
-        ", ".join(names),
-        place=recording.source,
-    )
+    rule = "be there in at least one window"
+    require(complete.any(), "signals", rule, ", ".join(names), place=recording.source)
     frames = start[:, None] + np.arange(steps + 1)
     # Blocks are longer than windows, so that most windows lie in one block
     length = max(2 * steps, -(-len(recording.positions) // BLOCKS))

@@ -339,12 +339,8 @@ def _arrays(
     sizes = {"T": real.shape[1], "D": real.shape[2]}
     simulated = array("simulated", simulated, "L T D", **sizes)
     names = names or [f"signal {d + 1}" for d in range(sizes["D"])]
-    require(
-        len(names) == sizes["D"],
-        "names",
-        f"be one for each of the {sizes['D']} signals",
-        len(names),
-    )
+    rule = f"be one for each of the {sizes['D']} signals"
+    require(len(names) == sizes["D"], "names", rule, len(names))
     if groups is not None:
         if isinstance(groups, Mapping):
             sides = list(groups.values())
@@ -359,11 +355,8 @@ def _arrays(
             ("real", "simulated"), sides, (real, simulated), strict=True
         ):
             if np.shape(labels) != (len(samples),):
-                refuse(
-                    "groups",
-                    f"be one label for each of the {len(samples)} {name} samples",
-                    str(np.shape(labels)),
-                )
+                rule = f"be one label for each of the {len(samples)} {name} samples"
+                refuse("groups", rule, str(np.shape(labels)))
         groups = np.asarray(sides[0]), np.asarray(sides[1])
     return pair_of_arrays(real, simulated, groups, names, seed)
 
