@@ -72,9 +72,8 @@ def box_figure(
     """
     values = array("values", values, "R P")
     parameters = values.shape[1]
-    require(
-        len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names)
-    )
+    rule = f"hold one name per parameter, {parameters}"
+    require(len(names) == parameters, "names", rule, len(names))
     if truth is not None:
         truth = array("truth", truth, "P", P=parameters)
     return box_panels_figure({"": values}, names=names, truth=truth)
