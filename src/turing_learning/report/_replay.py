@@ -143,12 +143,8 @@ class Replay:
             require(left < right and bottom < top, "walls_cm", rule, self.walls_cm)
         of_items = sum(item.count for item in self.items)
         fewest = min(swarm.objects for swarm in self.swarms)
-        require(
-            fewest >= of_items,
-            "items",
-            f"be at most the {fewest} bodies after the robots",
-            of_items,
-        )
+        rule = f"be at most the {fewest} bodies after the robots"
+        require(fewest >= of_items, "items", rule, of_items)
         object.__setattr__(self, "swarms", tuple(self.swarms))
         object.__setattr__(self, "items", tuple(self.items))
 
