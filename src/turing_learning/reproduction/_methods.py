@@ -113,9 +113,8 @@ def _checked(
     chances = array("probabilities", probabilities, "T n")
     sums = chances.sum(axis=1)
     fits = (chances >= 0).all() and np.allclose(sums, 1)
-    require(
-        fits, "probabilities", "be 0 or more and sum to 1 in every time step", sums.tolist()[:3]
-    )
+    rule = "be 0 or more and sum to 1 in every time step"
+    require(fits, "probabilities", rule, sums.tolist()[:3])
     return chances, array("values", values, "n", n=chances.shape[1])
 
 
@@ -378,12 +377,8 @@ def infer_by_npe(
     hassle-free simulation-based inference, 2022.
     """
     enough = rounds >= 1 and evaluations >= 20 * rounds
-    require(
-        enough,
-        "evaluations",
-        "be at least 20 in each of 1 or more rounds",
-        f"{evaluations} in {rounds}",
-    )
+    rule = "be at least 20 in each of 1 or more rounds"
+    require(enough, "evaluations", rule, f"{evaluations} in {rounds}")
     torch = baseline("torch")
     sbi = baseline("sbi.inference")
     utils = baseline("sbi.utils")

@@ -128,9 +128,8 @@ class ExperimentFolder:
             wrong = {".".join(map(str, entry["loc"])): entry["msg"] for entry in error.errors()}
             remedy = "Restore it, or give the command again."
             location = str(self.path / "results.json")
-            reject_folder(
-                "results.json", "hold results", f"something else: {wrong}", remedy, place=location
-            )
+            rule = "hold results"
+            reject_folder("results.json", rule, f"something else: {wrong}", remedy, place=location)
 
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""
