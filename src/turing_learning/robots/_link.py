@@ -31,12 +31,8 @@ class Model:
 
     def __post_init__(self) -> None:
         integer("sequence", self.sequence, 0, LARGEST_SEQUENCE)
-        require(
-            1 <= len(self.parameters) <= 16,
-            "parameters",
-            "be 1 to 16 numbers",
-            len(self.parameters),
-        )
+        rule = "be 1 to 16 numbers"
+        require(1 <= len(self.parameters) <= 16, "parameters", rule, len(self.parameters))
         fits = all(math.isfinite(value) and abs(value) <= 1 for value in self.parameters)
         require(fits, "parameters", "be in [-1, 1]", list(self.parameters), "Apply tanh before.")
 

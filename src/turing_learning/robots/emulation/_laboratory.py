@@ -638,12 +638,8 @@ class SimulatedLaboratory(Source):
         rng = rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()])
         scenario = self._scenario
         trials, remainder = divmod(len(speeds), scenario.replicas)
-        require(
-            trials and not remainder,
-            "models",
-            f"be a multiple of {scenario.replicas} replicas, not 0",
-            len(speeds),
-        )
+        rule = f"be a multiple of {scenario.replicas} replicas, not 0"
+        require(trials and not remainder, "models", rule, len(speeds))
         executed = alone(scenario, trials)
         executed[:, scenario.agents :] = np.arange(len(speeds)).reshape(trials, -1)
         motion = Trials.draw(scenario, executed, rng).observe(Behavior(speeds), 1)

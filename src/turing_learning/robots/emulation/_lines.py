@@ -433,9 +433,8 @@ def live(
             ip_network(peer)
         except ValueError:
             refuse("peers", "be addresses or networks", repr(peer), remedy)
-    require(
-        local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy
-    )
+    rule = f"name who may move the robot at host {host!r}"
+    require(local or peers, "peers", rule, "nobody", remedy)
     clock = clock or RealClock()
     steady = _SteadyBody(body, clock)
     robot = EmulatedRobot(

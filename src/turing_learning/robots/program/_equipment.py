@@ -325,13 +325,8 @@ def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
             return Calibration.load(path)
     except OSError as error:
         got = f"{path} ({error.strerror or error})"
-        refuse(
-            "camera.calibration",
-            "be a readable file",
-            got,
-            "Calibrate the camera first.",
-            error=ConfigurationError,
-        )
+        remedy = "Calibrate the camera first."
+        refuse("camera.calibration", "be a readable file", got, remedy, error=ConfigurationError)
 
 
 def fastest_turn(robot: Robot) -> float:
@@ -434,9 +429,8 @@ def _rate(poses: CameraPoses, fps: float) -> str:
         rate = IMAGES / max(stamps[-1] - begun, 1e-9)
         if fits := abs(rate / fps - 1) <= RATE_TOLERANCE:
             break
-    require(
-        fits, "camera.fps", "be the camera's rate", f"{fps:g}, and images at {rate:.2f} per second"
-    )
+    rule = "be the camera's rate"
+    require(fits, "camera.fps", rule, f"{fps:g}, and images at {rate:.2f} per second")
     frozen = all(np.array_equal(first_image, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
     granted = getattr(camera, "granted", "")
@@ -466,13 +460,8 @@ def _calibration(
         return "all markers inside the arena; no landmarks to compare with"
     centers = aruco_centers(image)
     missing = sorted(landmarks.keys() - centers.keys())
-    require(
-        not missing,
-        "camera.landmarks",
-        "be in sight",
-        f"no sight of {missing}",
-        "Clear it, or leave them out.",
-    )
+    got = f"no sight of {missing}"
+    require(not missing, "camera.landmarks", "be in sight", got, "Clear it, or leave them out.")
     lie = tracker.calibration.locate(np.array([centers[identity] for identity in landmarks]))
     errors = np.hypot(*(lie - list(landmarks.values())).T)
     worst = int(np.argmax(errors))
@@ -488,13 +477,8 @@ def _markers(detections: Detections, setup: LaboratorySetup, tracker: Tracker) -
     wrong = compare_labels(
         setup.labels, [label for label in detections.labels if label not in landmarks]
     )
-    require(
-        not wrong,
-        "robots",
-        "wear the markers of the file, each its own",
-        "; ".join(wrong),
-        "Check the markers.",
-    )
+    rule = "wear the markers of the file, each its own"
+    require(not wrong, "robots", rule, "; ".join(wrong), "Check the markers.")
     smallest = min(width for _, _, width in _disks(detections, tracker))
     return f"all {len(setup.labels)} in sight, the smallest {smallest:.0f} pixels wide"
 

@@ -101,9 +101,8 @@ class CameraSection(Section):
     def _check_landmarks(self) -> "CameraSection":
         for identity in self.landmarks:
             fits = identity.isdecimal() and int(identity) < 50
-            require(
-                fits, "camera.landmarks", "be named by their identities, 0 to 49", repr(identity)
-            )
+            rule = "be named by their identities, 0 to 49"
+            require(fits, "camera.landmarks", rule, repr(identity))
         return self
 
 
@@ -176,13 +175,8 @@ class LaboratorySetup(Section):
     @model_validator(mode="after")
     def _check_robots(self) -> "LaboratorySetup":
         for role, robots in (("agent", self.agents), ("replica", self.replicas)):
-            require(
-                robots,
-                "robots",
-                f"have one {role} or more",
-                "none",
-                f"Add one with role = {role!r}.",
-            )
+            rule = f"have one {role} or more"
+            require(robots, "robots", rule, "none", f"Add one with role = {role!r}.")
         unique = [("name", "robots"), ("address", "robots")]
         camera = self.camera
         if camera.markers == "aruco":
@@ -191,21 +185,13 @@ class LaboratorySetup(Section):
                 shared = sorted(camera.landmarks.keys() & set(self.labels))
             else:
                 shared = []
-            require(
-                not shared,
-                "camera.landmarks",
-                "not be among the robots' markers",
-                f"{shared[:1]} in both",
-            )
+            rule = "not be among the robots' markers"
+            require(not shared, "camera.landmarks", rule, f"{shared[:1]} in both")
         for name, whose in unique:
             values = [getattr(robot, name) for robot in self.robots]
             for value in filter(None, values):
-                require(
-                    values.count(value) == 1,
-                    name,
-                    f"be different for all {whose}",
-                    f"{value!r} twice",
-                )
+                rule = f"be different for all {whose}"
+                require(values.count(value) == 1, name, rule, f"{value!r} twice")
         calibrated = camera.calibration or self.tracker
         remedy = "Calibrate the camera first."
         require(calibrated, "camera.calibration", "be given", "nothing", remedy)
@@ -340,12 +326,8 @@ def _configuration(
     settings |= overrides
     # Two statements of one fact could contradict each other
     for key, source in _DERIVED.items():
-        file.require(
-            key not in settings,
-            key,
-            f"be left out, as it follows from {source}",
-            repr(settings.get(key)),
-        )
+        rule = f"be left out, as it follows from {source}"
+        file.require(key not in settings, key, rule, repr(settings.get(key)))
     base = dict(_BASE)
     if _SIZES & settings.keys():
         # they say the same in two ways: defaults must not contradict what is given
@@ -396,22 +378,14 @@ def _configuration(
     # A map of moments needs trials all over the space that is searched
     limits = (models.initial_low, models.initial_high)
     wide = "whose first models have all wheel speeds"
-    file.require(
-        not of_trials or limits == (-1, 1),
-        "models.initial_low",
-        f"be -1 and 1 with run.trials, {wide}",
-        limits,
-    )
+    rule = f"be -1 and 1 with run.trials, {wide}"
+    file.require(not of_trials or limits == (-1, 1), "models.initial_low", rule, limits)
     duration_s = scenario.trial.duration_s
     longest = setup.timing.execute_s
     speeds = len(scenario.controller)
     file.require(duration_s <= longest, key, f"be at most timing.execute_s, {longest}", duration_s)
-    file.require(
-        speeds <= 16,
-        "scenario.controller",
-        "have 16 wheel speeds or fewer, which a replica takes",
-        speeds,
-    )
+    rule = "have 16 wheel speeds or fewer, which a replica takes"
+    file.require(speeds <= 16, "scenario.controller", rule, speeds)
     rule = "be left out, as sensors of robots see what there is in the laboratory"
     file.require(not scenario.items, "scenario.items", rule, ", ".join(scenario.items))
     for name, value, needed in (

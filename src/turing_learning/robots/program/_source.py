@@ -334,9 +334,8 @@ class PcProgram:
             and track.present.shape == expected[:2]
         )
         got = f"{track.poses.shape} and present {track.present.shape}"
-        require(
-            fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got
-        )
+        rule = f"give poses {expected}, all finite, and present {expected[:2]}"
+        require(fits, "tracker", rule, got)
         track = track.bridged()
         faults = track.faults or impossible(track, self._scenario.robot, self._scenario.arena)
         return partial(self._update, replace(track, faults=faults), started_s)

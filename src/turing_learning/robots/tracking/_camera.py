@@ -221,12 +221,8 @@ class Board:
 
     def __post_init__(self) -> None:
         fits = min(self.columns, self.rows) >= 3 and self.columns * self.rows <= 100
-        require(
-            fits,
-            "board",
-            "have 3 x 3 to 100 squares",
-            f"{self.columns} columns and {self.rows} rows",
-        )
+        rule = "have 3 x 3 to 100 squares"
+        require(fits, "board", rule, f"{self.columns} columns and {self.rows} rows")
         number("board.square_cm", self.square_cm, above=0)
 
     @cached_property
@@ -414,12 +410,8 @@ def place_camera(
     require_image("image", image, lens.image_size)
     centers = aruco_centers(image)
     identities = sorted(centers.keys() & landmarks.keys())
-    require(
-        len(identities) >= 4,
-        "image",
-        f"show 4 or more of the landmarks {sorted(landmarks)}",
-        identities,
-    )
+    rule = f"show 4 or more of the landmarks {sorted(landmarks)}"
+    require(len(identities) >= 4, "image", rule, identities)
     points = np.array([(*landmarks[identity], 0.0) for identity in identities])
     pixels = np.array([centers[identity] for identity in identities])
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)

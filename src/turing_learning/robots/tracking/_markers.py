@@ -227,12 +227,8 @@ class ArucoMarkers(Markers):
     def check_label(self, label: str) -> None:
         largest = len(self._words.bytesList) - 1
         fits = label.isdecimal() and int(label) <= largest
-        require(
-            fits,
-            "label",
-            f"be an identity of the dictionary {self.dictionary}, 0 to {largest}",
-            repr(label),
-        )
+        rule = f"be an identity of the dictionary {self.dictionary}, 0 to {largest}"
+        require(fits, "label", rule, repr(label))
 
     @cached_property
     def _words(self) -> Any:

@@ -101,9 +101,8 @@ class Track:
         Where an image was lost alone, the two samples around it are both what was seen over twice the interval.
         A track with other gaps, or without headings, is rejected: a sample is never made of guesses.
         """
-        require(
-            self.has_headings, "markers", "show headings for speeds to be signed", "positions alone"
-        )
+        rule = "show headings for speeds to be signed"
+        require(self.has_headings, "markers", rule, "positions alone")
         if not self.complete:
             frame, who = map(int, np.argwhere(~self.present)[0])
             gap = f"no sight of {_named(self.labels)[who]} at frame {frame}"
@@ -316,13 +315,8 @@ class Tracker:
         """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
         self.start()
         sightings = list(map(self.follow, images))
-        require(
-            len(sightings) >= 2,
-            "images",
-            "be 2 or more",
-            len(sightings),
-            "Check that the camera gives frames.",
-        )
+        remedy = "Check that the camera gives frames."
+        require(len(sightings) >= 2, "images", "be 2 or more", len(sightings), remedy)
         poses = np.array([sighting.poses for sighting in sightings])
         present = np.array([sighting.present for sighting in sightings])
         faults: list[Fault] = []
