@@ -502,12 +502,8 @@ def check(
     configuration = record.configuration
     by_trials = isinstance(result, Posterior)
     got = f"{recovery_generations} for a run of trials"
-    check_setting(
-        not (by_trials and recovery_generations),
-        "recovery_generations",
-        "be left out for a run of trials",
-        got,
-    )
+    rule = "be left out for a run of trials"
+    check_setting(not (by_trials and recovery_generations), "recovery_generations", rule, got)
     length = recovery_generations
     if recovery_generations is None:
         length = result.generations
@@ -520,9 +516,8 @@ def check(
     rule = "be of a system that can be simulated"
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
     remedy += "says what its setup could infer at all."
-    check_setting(
-        not result.in_laboratory, "run", rule, "one in a laboratory", remedy, place=str(result.path)
-    )
+    got = "one in a laboratory"
+    check_setting(not result.in_laboratory, "run", rule, got, remedy, place=str(result.path))
     folder = None if result.path is None else RunFolder(result.path)
     system = configuration.system
     functions = record.samples_and_simulator(genuine, simulate)

@@ -162,9 +162,8 @@ class RunFolder(Store):
         manifest = self.head()
         if not isinstance(manifest.get("state"), str):
             got = f"{self.path}, whose manifest has no state"
-            reject_folder(
-                "run", "be a run folder", got, "Restore the file.", place=str(self.manifest_path)
-            )
+            rule = "be a run folder"
+            reject_folder("run", rule, got, "Restore the file.", place=str(self.manifest_path))
         return manifest
 
     def begun(self) -> tuple[Any, Any]:
@@ -178,13 +177,8 @@ class RunFolder(Store):
     def require_there(self, begun: tuple[Any, Any]) -> None:
         """Reject a folder in which a run, see `begun`, is not any more, before anything is read or written."""
         remedy = "Open it from where it is now: turing_learning.load_run(...)."
-        check_folder(
-            self.is_run(),
-            "run",
-            "be in its folder",
-            f"{self.path}, where it is not any more",
-            remedy,
-        )
+        rule = "be in its folder"
+        check_folder(self.is_run(), "run", rule, f"{self.path}, where it is not any more", remedy)
         got = f"{self.path}, where another run has taken its place"
         remedy = "Make it again, with an `out` of its own."
         check_folder(self.begun() == begun, "run", "be in its folder", got, remedy)
@@ -223,20 +217,11 @@ class RunFolder(Store):
             tolerance = run.tolerance
         if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
             return
-        check_folder(
-            run.trials > 0,
-            "run",
-            "be one of trials, to get more of them",
-            f"{self.path}, one of generations",
-        )
+        rule = "be one of trials, to get more of them"
+        check_folder(run.trials > 0, "run", rule, f"{self.path}, one of generations")
         remedy = "Resume it without more trials first."
-        check_folder(
-            manifest["state"] == FINISHED,
-            "run",
-            "be finished, to get more trials",
-            f"{self.path}",
-            remedy,
-        )
+        rule = "be finished, to get more trials"
+        check_folder(manifest["state"] == FINISHED, "run", rule, f"{self.path}", remedy)
         rule = "have its samples, to get more trials"
         got = f"{self.path}, without them"
         remedy = "A run with the setting run.history = 'thin' does not keep them: "
@@ -244,9 +229,8 @@ class RunFolder(Store):
         check_folder(run.history == "full", "run", rule, got, remedy)
         # A run may have ended before all its trials, by its tolerance
         spent = configuration.trials_after(self.read("result.json")["generations"])
-        check_folder(
-            trials > spent, "trials", f"be more than the {spent} that the run has spent", trials
-        )
+        rule = f"be more than the {spent} that the run has spent"
+        check_folder(trials > spent, "trials", rule, trials)
         extended = [*map(list, run.extended), [run.trials, spent]]
         extension = {"run.trials": trials, "run.tolerance": tolerance, "run.extended": extended}
         # Refuse a number that no run can have before anything is written
@@ -372,9 +356,8 @@ class RunFolder(Store):
                 resuming = f"`{resume_command(self.path)}`"
             alternative = ", choose another folder, or replace it with "
             remedy = ("Resume it with ", resuming, alternative, Setting("force", True), ".")
-            check_folder(
-                force, "out", "be a new or empty folder", f"{self.path}, which holds a run", remedy
-            )
+            rule = "be a new or empty folder"
+            check_folder(force, "out", rule, f"{self.path}, which holds a run", remedy)
         elif foreign := self.foreign_names():
             got = f"{self.path}, which holds {foreign[0]!r} and is not a run"
             reject_folder("out", "be a new or empty folder", got, "Choose another folder.")

@@ -177,12 +177,8 @@ def infer(
         ("classifiers.network", "classifier", classifier),
     ):
         if component is not None:
-            check(
-                key not in overrides,
-                argument,
-                "be given once",
-                f"{brief(component)} beside {key} in `settings`",
-            )
+            got = f"{brief(component)} beside {key} in `settings`"
+            check(key not in overrides, argument, "be given once", got)
             overrides[key] = part_named(component)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if not is_custom(scenario, genuine, simulate, parameters):

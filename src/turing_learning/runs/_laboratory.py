@@ -130,13 +130,8 @@ def resume_laboratory(
     if setup.emulated and equipment is None:
         rule = "be given for a rehearsal, which must not meet real robots"
         where = str(folder.path)
-        reject(
-            "equipment",
-            rule,
-            "none",
-            "Give robots.rehearse(runs.stored_laboratory(path)).",
-            place=where,
-        )
+        remedy = "Give robots.rehearse(runs.stored_laboratory(path))."
+        reject("equipment", rule, "none", remedy, place=where)
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(robots.Laboratory(setup, configuration), folder, equipment, on_event) as source:
