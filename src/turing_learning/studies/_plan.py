@@ -245,9 +245,8 @@ class StudyFolder(Store):
         try:
             same = content["configuration_sha256"] == file_digest(file)
             rule = "be as it was when the study began"
-            check_folder(
-                same, file.name, rule, "a changed one", f"Restore it, {otherwise}", place=str(file)
-            )
+            got = "a changed one"
+            check_folder(same, file.name, rule, got, f"Restore it, {otherwise}", place=str(file))
             seeds = [run["run.seed"] for run in content["runs"] or ()]
             if not seeds or not all(map(is_integer, seeds)):
                 raise TypeError("no run, or one without a seed")  # noqa: TRY301
