@@ -230,13 +230,8 @@ def read_table(text: str) -> dict[str, list[float]]:
     names, *body = rows
     columns: dict[str, list[float]] = {name.strip(): [] for name in names}
     for number, row in enumerate(body, 2):
-        require(
-            len(row) == len(names),
-            "table",
-            f"have {len(names)} cells in each row",
-            len(row),
-            place=f"line {number}",
-        )
+        rule = f"have {len(names)} cells in each row"
+        require(len(row) == len(names), "table", rule, len(row), place=f"line {number}")
         for name, cell in zip(columns, row, strict=True):
             try:
                 columns[name].append(float(cell))

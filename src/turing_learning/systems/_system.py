@@ -166,9 +166,8 @@ class System:
         pronoun = "them" if len(self.resuming) > 1 else "it"
         remedy = ("Give ", *names, f" as the run began with {pronoun}, from Python.")
         for setting in self.resuming:
-            require(
-                getattr(arguments, setting.name) is not None, setting.name, rule, "nothing", remedy
-            )
+            got = "nothing"
+            require(getattr(arguments, setting.name) is not None, setting.name, rule, got, remedy)
 
     def accept(self, arguments: Arguments) -> Arguments:
         """Return what is given, checked.
