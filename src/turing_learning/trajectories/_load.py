@@ -190,9 +190,8 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
     if not (path.is_file() or path.is_dir()):
         # says what is missing
         path.stat()
-        raise refusal(
-            "be a file", "a pipe or device", path, "Write what comes out of it to a file."
-        )
+        rule = "be a file"
+        raise refusal(rule, "a pipe or device", path, "Write what comes out of it to a file.")
     if path.is_dir() and not _arrays.files_of(path):
         path = _exports.session_file(path) or _exports.toxtrac_file(path) or path
     named = bool(options.columns)
@@ -636,9 +635,8 @@ def _look(path: Path) -> Glance:
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
         if b"[Content_Types].xml" in head or b"xl/" in head:
-            raise refusal(
-                "be text, HDF5 or arrays", "a workbook", path, "Save its sheet as CSV (UTF-8)."
-            )
+            rule = "be text, HDF5 or arrays"
+            raise refusal(rule, "a workbook", path, "Save its sheet as CSV (UTF-8).")
         return Glance("npz", names=(frozenset(_arrays.array_sizes(path)),))
     if head.startswith(_arrays.MATLAB):
         return Glance("mat")
@@ -685,9 +683,8 @@ def _check_order(recording: Recording, source: str) -> None:
     if neighboring > _LEAST_CONTINUITY * distant:
         rule = "have its rows in the order of time"
         received = f"a typical step of {neighboring:.3g} between neighboring rows and {distant:.3g} between distant ones"
-        raise refusal(
-            rule, received, source, "The rows may be shuffled; they carry no frame number."
-        )
+        remedy = "The rows may be shuffled; they carry no frame number."
+        raise refusal(rule, received, source, remedy)
 
 
 def _typical_step(positions: np.ndarray, lag: int) -> float:

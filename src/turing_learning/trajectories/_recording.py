@@ -105,9 +105,8 @@ class Options:
             value = getattr(self, name)
             if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
                 number(name, value, least=1 / LARGEST_COORDINATE, most=LARGEST_COORDINATE)
-        require(
-            self.y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(self.y_axis)
-        )
+        rule = "be 'up' or 'down'"
+        require(self.y_axis in (None, "up", "down"), "y_axis", rule, brief(self.y_axis))
         number("min_confidence", 0.0 if self.min_confidence is None else self.min_confidence)
 
 

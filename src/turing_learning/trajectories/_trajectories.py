@@ -70,9 +70,8 @@ class Trajectories:
             refuse("positions", "be of shape (F, A, 2) and not empty", str(self.positions.shape))
         shape = self.positions.shape[:2]
         for name, array in self._arrays(...).items():
-            require(
-                array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape)
-            )
+            rule = f"be of shape (F, A) = {shape}"
+            require(array.shape[:2] == shape, name, rule, str(array.shape))
             for index in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
                 call = "`load_trajectories(positions, fps=..., ...)`"
                 remedy = "Where somebody is absent, `present` is false and positions are 0; "

@@ -87,17 +87,12 @@ def member(file: Any, name: str, path: Path) -> Any:
     item: Any = None if elsewhere else file.get(name)
     stored = isinstance(item, h5py.Dataset)
     if elsewhere or (stored and (item.external or item.is_virtual)):
-        raise refusal(
-            "hold its data itself",
-            "a link to another file",
-            f"{path}, {name}",
-            "Copy the data into it.",
-        )
+        rule = "hold its data itself"
+        raise refusal(rule, "a link to another file", f"{path}, {name}", "Copy the data into it.")
     if stored and item.dtype.kind != "O":
         if item.size > MOST_NUMBERS:
-            raise refusal(
-                f"hold at most {MOST_NUMBERS} numbers", item.shape, f"{path}, dataset {name}"
-            )
+            rule = f"hold at most {MOST_NUMBERS} numbers"
+            raise refusal(rule, item.shape, f"{path}, dataset {name}")
         check_unpacked(item.size * item.dtype.itemsize, path)
     return item
 
@@ -108,11 +103,8 @@ def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
     shape = getattr(item, "shape", None)
     if shape is None or len(shape) != dimensions or item.dtype.kind not in "fiu" or 0 in shape:
         received = "none" if shape is None else f"{item.dtype} {shape}"
-        raise refusal(
-            f"hold numbers with {dimensions} dimensions, not empty",
-            received,
-            f"{path}, dataset {name}",
-        )
+        rule = f"hold numbers with {dimensions} dimensions, not empty"
+        raise refusal(rule, received, f"{path}, dataset {name}")
     return np.asarray(item, dtype=np.float64)
 
 
@@ -380,11 +372,8 @@ def read_npy(path: Path, options: Options) -> Recording:
         or positions.ndim != 3
         or positions.dtype.kind not in "fiu"
     ):
-        raise refusal(
-            "hold a dictionary with the array `trajectories` (F, A, 2)",
-            type(content).__name__,
-            path,
-        )
+        rule = "hold a dictionary with the array `trajectories` (F, A, 2)"
+        raise refusal(rule, type(content).__name__, path)
     rate = content.get("frames_per_second")
     return _recording(positions.astype(np.float64), None, rate, f"{path}, trajectories", path)
 
@@ -568,11 +557,8 @@ def _track(
         if name in arrays:
             column = arrays[name]
             if column.ndim != 1 or column.dtype.kind not in "fiub":
-                raise refusal(
-                    "hold lists of numbers",
-                    f"{column.dtype} {column.shape}",
-                    f"{path}, array {name}",
-                )
+                rule = "hold lists of numbers"
+                raise refusal(rule, f"{column.dtype} {column.shape}", f"{path}, array {name}")
             values[name] = column.astype(np.float64)
     lengths = {name: len(column) for name, column in values.items()}
     if len(set(lengths.values())) > 1 or not lengths["frame"]:
@@ -612,12 +598,8 @@ def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
         group = file[names[0]]
         form = {"frame_table": _appendable, "frame": _fixed}.get(text(group.attrs["pandas_type"]))
         if form is None:
-            raise refusal(
-                "hold a table of pandas",
-                text(group.attrs["pandas_type"]),
-                f"{path}, {names[0]}",
-                BY_PANDAS,
-            )
+            rule = "hold a table of pandas"
+            raise refusal(rule, text(group.attrs["pandas_type"]), f"{path}, {names[0]}", BY_PANDAS)
         where = f"{path}, {names[0]}"
         try:
             frames, labels, values = form(group, path)
@@ -747,13 +729,8 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
         dimensions = ("time", "space", "keypoints", "individuals")
         refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
     space = list(map(str, dataset["space"].values))
-    require(
-        space == ["x", "y"],
-        "dataset",
-        "have the coordinates x, y in space",
-        str(space),
-        place=source,
-    )
+    rule = "have the coordinates x, y in space"
+    require(space == ["x", "y"], "dataset", rule, str(space), place=source)
     require(
         0 not in dataset["position"].shape,
         "dataset",
@@ -763,12 +740,8 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
     )
     stated, y_axis, keypoint = dataset.attrs.get("y_axis"), options.y_axis, options.keypoint
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
-        refuse(
-            "y_axis",
-            "be 'up' or 'down', as the dataset states",
-            f"{y_axis!r} and {stated!r}",
-            place=source,
-        )
+        rule = "be 'up' or 'down', as the dataset states"
+        refuse("y_axis", rule, f"{y_axis!r} and {stated!r}", place=source)
     # A group has one position each: that of the key point that is asked for
     rate, first_frame = _timing(dataset, options.fps, source)
     if "keypoints" in dataset.dims:
@@ -777,12 +750,8 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
             keypoints=points.index(choose(keypoint, points, source or "dataset"))
         )
     elif keypoint is not None:
-        refuse(
-            "keypoint",
-            "be left out for a dataset without key points",
-            brief(keypoint),
-            place=source,
-        )
+        rule = "be left out for a dataset without key points"
+        refuse("keypoint", rule, brief(keypoint), place=source)
     beside: dict[str, np.ndarray] = {}
     for name in ("confidence", "heading"):
         if name in dataset:
@@ -813,18 +782,12 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
         refuse("dataset", "have evenly spaced times as numbers", "others", place=source)
     unit = dataset.attrs.get("time_unit")
     recognized = unit in (None, "seconds", "frames")
-    require(
-        recognized, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source
-    )
+    rule = "be 'seconds' or 'frames' in `dataset`"
+    require(recognized, "time_unit", rule, brief(unit), place=source)
     if unit == "frames" and (steps != 1).any():
         remedy = "Number the frames that are there, and give the rate of those as `fps`."
-        refuse(
-            "dataset",
-            "have times one frame apart, as their unit is frames",
-            f"{steps[0]:g}",
-            remedy,
-            place=source,
-        )
+        rule = "have times one frame apart, as their unit is frames"
+        refuse("dataset", rule, f"{steps[0]:g}", remedy, place=source)
     if dataset.attrs.get("fps") is None:
         rate = None
     else:

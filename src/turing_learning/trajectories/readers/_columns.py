@@ -78,14 +78,8 @@ def choose(keypoint: str | None, names: Sequence[str], where: object) -> str:
     if keypoint is None and len(names) == 1:
         return names[0]
     remedy = "Say which point of the body stands for the animal."
-    require(
-        keypoint in names,
-        "keypoint",
-        f"be one of {', '.join(names)}",
-        brief(keypoint),
-        remedy,
-        place=str(where),
-    )
+    rule = f"be one of {', '.join(names)}"
+    require(keypoint in names, "keypoint", rule, brief(keypoint), remedy, place=str(where))
     return str(keypoint)
 
 

@@ -76,9 +76,8 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         raise refusal(rule, ", ".join(filter(None, names)), f"{path}:{count - 1}")
     usual = CENTER if CENTER in points else points[0]
     point = options.keypoint or usual
-    require(
-        point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path)
-    )
+    rule = f"be one of {', '.join(points)}"
+    require(point in points, "keypoint", rule, brief(point), place=str(path))
     x, y = f"x {point}", f"y {point}"
     fewest = len(list(filter(None, names)))
     for number, line in enumerate(lines[count:], count + 1):
@@ -180,9 +179,8 @@ def _rate_of(root: ElementTree.Element, path: Path) -> float | None:
     if not name or np.isnan(interval) or interval == 1:
         return None
     if not 0 < interval < np.inf:
-        raise refusal(
-            "state an interval above 0", root.get("frameInterval"), f"{path}, frameInterval"
-        )
+        rule = "state an interval above 0"
+        raise refusal(rule, root.get("frameInterval"), f"{path}, frameInterval")
     return rounded(IN_UNITS[name] / interval)
 
 

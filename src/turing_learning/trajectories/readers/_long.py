@@ -330,9 +330,8 @@ class _LongTable:
         if self._units_in_cells():
             units = (units | self._units_in_cells()) - {""}
         if len(units) > 1:
-            raise refusal(
-                "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.origin
-            )
+            rule = "have x and y in the same unit"
+            raise refusal(rule, " and ".join(sorted(units)), self.sheet.origin)
         return next(iter(units), "") or self.layout.unit
 
     def moments(self) -> _Moments:
@@ -418,19 +417,14 @@ class _LongTable:
         if self.options.project:
             if not angles([self.names_by_role.get(axis, axis) for axis in self.plain]):
                 got = f"{self.names_by_role.get('x', 'x')} and {self.names_by_role.get('y', 'y')}"
-                refuse(
-                    "project", "be given for longitude and latitude", got, place=self.sheet.origin
-                )
+                rule = "be given for longitude and latitude"
+                refuse("project", rule, got, place=self.sheet.origin)
             positions, doubts = projected(positions, self.sheet.origin)
             return positions, choices + doubts
         if angles([self.names_by_role.get(axis, axis) for axis in self.plain]):
             remedy: Text = ("To bring degrees into a plane, add ", Setting("project", True), ".")
-            raise refusal(
-                "have positions in a plane",
-                "degrees of longitude and latitude",
-                self.sheet.origin,
-                remedy,
-            )
+            rule = "have positions in a plane"
+            raise refusal(rule, "degrees of longitude and latitude", self.sheet.origin, remedy)
         return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
 
     def rows_of_somebody(self, who: str) -> tuple[np.ndarray, list[str]]:

@@ -33,12 +33,8 @@ def projected(degrees: np.ndarray, file: object) -> tuple[np.ndarray, list[str]]
         return degrees, []
     if (np.abs(degrees[located, 1]) > 90).any() or (np.abs(degrees[located, 0]) > 360).any():
         bad = degrees[located][(np.abs(degrees[located]) > [360, 90]).any(axis=1)][0]
-        raise refusal(
-            "have degrees of longitude and latitude",
-            bad.tolist(),
-            file,
-            "See whether they are exchanged.",
-        )
+        rule = "have degrees of longitude and latitude"
+        raise refusal(rule, bad.tolist(), file, "See whether they are exchanged.")
     first_longitude = degrees[located][0, 0]
     longitude = first_longitude + (degrees[:, 0] - first_longitude + 180) % 360 - 180
     middle = np.array([np.nanmedian(longitude), np.nanmedian(degrees[:, 1])])
@@ -125,9 +121,8 @@ def resampled(
         tracks.append((frames, [name] * len(frames), points, values_at))
     if not sum(len(frames) for frames, *_ in tracks):
         remedy = ("Resample at a lower rate: ", Setting("resample"), ".")
-        raise refusal(
-            "have two positions of somebody near to each other in time", "none", file, remedy
-        )
+        rule = "have two positions of somebody near to each other in time"
+        raise refusal(rule, "none", file, remedy)
     frames = np.concatenate([track[0] for track in tracks])
     individuals = list(chain.from_iterable(track[1] for track in tracks))
     points = np.concatenate([track[2] for track in tracks])

@@ -307,9 +307,8 @@ def text_sheet(
             for row, column in np.argwhere(np.isinf(values)):
                 cell = cells[row * width + numbers[column]].strip()
                 remedy = "Write decimals with a point." if "," in cell else ""
-                raise refusal(
-                    "have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy
-                )
+                rule = "have finite numbers or NaN"
+                raise refusal(rule, repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
             for column_of_words, k in zip(words, texts, strict=True):
                 column_of_words += map(str.strip, cells[k::width])
         if not blocks:

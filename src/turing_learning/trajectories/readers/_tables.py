@@ -279,13 +279,8 @@ def read_wide(
                 remarks += (unstated(name),)
     if options.resample is not None:
         got = f"{options.resample:g}"
-        refuse(
-            "resample",
-            "be left out for a table without times",
-            got,
-            "Its frames are even.",
-            place=sheet.origin,
-        )
+        remedy = "Its frames are even."
+        refuse("resample", "be left out for a table without times", got, remedy, place=sheet.origin)
     confidence = None
     if width > 2:
         sure = values[..., 2]
@@ -328,9 +323,8 @@ def _wide_columns(
     clocks: dict[str, int] = {}
 
     def refuse_column(name: str) -> NoReturn:
-        raise refusal(
-            f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.origin
-        )
+        got = f"{len(sheet.names)} columns, {name!r}"
+        raise refusal(f"have the columns {rule}", got, sheet.origin)
 
     for column, name in enumerate(sheet.names):
         if not (name or column):
@@ -543,11 +537,8 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
     rows = text.header(4, separator)
     several = [row[0] for row in rows] == SEVERAL
     if not several and [row[0] for row in rows[:3]] != SINGLE:
-        raise refusal(
-            "begin with the header lines scorer, (individuals,) bodyparts, coords",
-            rows[0][0],
-            f"{path}:1",
-        )
+        rule = "begin with the header lines scorer, (individuals,) bodyparts, coords"
+        raise refusal(rule, rows[0][0], f"{path}:1")
     skip = 4 if several else 3
     lengths = list(map(len, rows[:skip]))
     if len(set(lengths)) > 1:
@@ -647,13 +638,8 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     stated = {name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs}
     for name, value in stated.items():
         allowed = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
-        require(
-            value in allowed,
-            name,
-            "be one that is known",
-            brief(value),
-            place="DataFrame, attributes",
-        )
+        rule = "be one that is known"
+        require(value in allowed, name, rule, brief(value), place="DataFrame, attributes")
     if "fps" in frame.attrs:
         stated["fps"] = check_rate(frame.attrs["fps"], "DataFrame, fps")
         options = replace(options, fps=options.fps or stated["fps"])
@@ -717,9 +703,8 @@ def frame_sheet(frame: "pd.DataFrame", source: str = "DataFrame") -> Sheet:
                 )
             bad = (np.isnan(values[:, k]) & series.notna().to_numpy()) | np.isinf(values[:, k])
             for row in np.flatnonzero(bad)[:1]:
-                raise refusal(
-                    "have finite numbers or NaN", repr(series.iloc[row]), f"{source}, row {row}"
-                )
+                rule = "have finite numbers or NaN"
+                raise refusal(rule, repr(series.iloc[row]), f"{source}, row {row}")
         words = []
         for column in texts:
             words.append(["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]])

@@ -296,9 +296,8 @@ def _ask(rate: float, file: object, name: str, counts: bool) -> NoReturn:
         likely = Setting("fps", rounded(rate * PER_SECOND[unit]))
         got = f"none, and in s they state {rounded(rate):g} frames per second"
         remedy = (f"If they are in {unit}, give ", likely, "; if in s, give ", in_seconds, ".")
-    refuse(
-        "fps", f"be given where values of `{name}` may not be in s", got, remedy, place=str(file)
-    )
+    rule = f"be given where values of `{name}` may not be in s"
+    refuse("fps", rule, got, remedy, place=str(file))
 
 
 def frames_at(
