@@ -179,9 +179,8 @@ class Store:
         noun = self.kind.noun
         if content is None:
             got = f"{self.path} without a readable {self.kind.head}"
-            reject_folder(
-                noun, f"be a {noun} folder", got, f"Give the folder that `{noun}` has made."
-            )
+            rule = f"be a {noun} folder"
+            reject_folder(noun, rule, got, f"Give the folder that `{noun}` has made.")
         refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
         self.read(self.kind.head)
         return content
