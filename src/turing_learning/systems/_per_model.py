@@ -92,11 +92,17 @@ def _require_columns(
         refuse("table", rule, got, remedy, place=place, error=ColumnsError)
 
 
-class _OneModel:
-    """What simulators of one model at a time say of themselves."""
+@dataclass(frozen=True)
+class PerModel:
+    """A simulator that calls a function once for each model; see `per_model`."""
 
-    names: tuple[str, ...]
-    columns: tuple[str, ...]
+    function: Callable[..., Any]  #: Called with the parameters by name, and a seed
+    names: tuple[str, ...]  #: Of the parameters
+    #: Of the table, which are the signals; all by default
+    columns: tuple[str, ...] = ()
+    seeded: bool = True  #: Whether the function takes `seed`
+    only: bool = False  #: Whether a table with further columns is refused
+
     vectorized = False
 
     @property
@@ -108,18 +114,6 @@ class _OneModel:
     def signals(self) -> tuple[str, ...] | None:
         """Names of the signals, if they are known."""
         return self.columns or None
-
-
-@dataclass(frozen=True)
-class PerModel(_OneModel):
-    """A simulator that calls a function once for each model; see `per_model`."""
-
-    function: Callable[..., Any]  #: Called with the parameters by name, and a seed
-    names: tuple[str, ...]  #: Of the parameters
-    #: Of the table, which are the signals; all by default
-    columns: tuple[str, ...] = ()
-    seeded: bool = True  #: Whether the function takes `seed`
-    only: bool = False  #: Whether a table with further columns is refused
 
     def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return the sample (T, D) of one model with parameters (P,)."""
@@ -165,7 +159,7 @@ def per_model(
 
 
 @dataclass(frozen=True)
-class Command(_OneModel):
+class Command:
     """A program as a simulator: one call for each model, whose output is a table in CSV.
 
     It is run without a shell. `{speed}` stands for the value of the parameter speed, `{seed}` for an integer.
@@ -178,6 +172,8 @@ class Command(_OneModel):
     timeout_s: float | None = None  #: Longest duration of a call (s)
     only: bool = False  #: Whether a table with further columns is refused
 
+    vectorized = False
+
     def __post_init__(self) -> None:
         fields = set(re.findall(r"\{(\w*)\}", self.template))
         for name in self.names:
@@ -187,6 +183,16 @@ class Command(_OneModel):
         unknown = fields - {*self.names, SEED}
         rule = f"hold no other names in braces than those of the parameters and {{{SEED}}}"
         require(not unknown, "simulate_command", rule, ", ".join(sorted(unknown)))
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of a model's values."""
+        return self.names
+
+    @property
+    def signals(self) -> tuple[str, ...] | None:
+        """Names of the signals, if they are known."""
+        return self.columns or None
 
     def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Run the program for one model with parameters (P,); return its table (T, D)."""
