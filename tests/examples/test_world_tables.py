@@ -83,3 +83,25 @@ def test_a_network_that_ignores_its_reading_is_off_where_agents_see_others(scrip
     readings = np.array([[0, 0, 1, 0], [0, 1, 0, 0]])
     assert outliers.error_as_seen(model, network, readings) == pytest.approx(1.7)
     assert outliers.readings().max() == 1
+
+
+def test_forms_between_mixed_and_separated_change_one_thing_each(script):
+    separated = script("separated")
+    settings = {"scenario.world": "paper", "scenario.trial.duration_s": 2.0}
+    configuration = separated.load_configuration(None, "paper", settings, scenario="aggregation")
+    models = np.random.default_rng(1).uniform(-1, 1, (3, 4))
+
+    def collected(form, values):
+        return separated.FORMS[form](configuration).collect(values, np.random.default_rng(2))
+
+    groups = separated.SeparatedSwarm(configuration.swarm, 1)
+    whole = groups.collect(models, np.random.default_rng(2))
+    one = collected("one of a group", models)
+    np.testing.assert_array_equal(one.genuine, whole.genuine)
+    np.testing.assert_array_equal(one.counterfeit, whole.counterfeit[:, :1])
+    among = collected("agents alone", models)
+    others = collected("agents alone", -models)
+    np.testing.assert_array_equal(among.genuine, others.genuine)
+    assert among.genuine.shape == whole.genuine.shape
+    assert among.counterfeit.shape == one.counterfeit.shape
+    assert (among.counterfeit != others.counterfeit).any()
