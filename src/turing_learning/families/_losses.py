@@ -38,12 +38,12 @@ def losses_of(recordings: Sequence[Trajectories], learned: Sequence[np.ndarray])
     for recording, may_be_learned in zip(recordings, learned, strict=True):
         present = recording.present & may_be_learned
         offset, has_neighbor = nearest_others(recording.positions, recording.present)
-        seen = present[:-1] & may_be_learned[1:] & has_neighbor[:-1]
+        observed = present[:-1] & may_be_learned[1:] & has_neighbor[:-1]
         gap = _gaps(recording.present)
-        seen &= gap >= 0
-        distances.append(np.hypot(offset[:-1, :, 0], offset[:-1, :, 1])[seen])
-        lost.append(gap[seen] > 0)
-        gaps.append(gap[seen & (gap > 0)])
+        observed &= gap >= 0
+        distances.append(np.hypot(offset[:-1, :, 0], offset[:-1, :, 1])[observed])
+        lost.append(gap[observed] > 0)
+        gaps.append(gap[observed & (gap > 0)])
     all_gaps = np.concatenate(gaps)
     if not len(all_gaps):
         return NO_LOSSES
@@ -62,9 +62,9 @@ def _gaps(present: np.ndarray) -> np.ndarray:
     """Return for how many frames individuals are gone after a frame (F - 1, A); -1 where they do not come back."""
     frames = len(present)
     at = np.where(present, np.arange(frames)[:, None], frames)
-    found = np.minimum.accumulate(at[::-1], axis=0)[::-1][1:]
-    gaps = found - np.arange(1, frames)[:, None]
-    return np.where(found == frames, -1, gaps)
+    return_frame = np.minimum.accumulate(at[::-1], axis=0)[::-1][1:]
+    gaps = return_frame - np.arange(1, frames)[:, None]
+    return np.where(return_frame == frames, -1, gaps)
 
 
 def lose(positions: np.ndarray, losses: Losses, rngs: Sequence[np.random.Generator]) -> np.ndarray:
@@ -75,14 +75,14 @@ def lose(positions: np.ndarray, losses: Losses, rngs: Sequence[np.random.Generat
     groups, frames, individuals, _ = positions.shape
     lots = draw(rngs, lambda rng: rng.random((frames, individuals)))
     chosen = draw(rngs, lambda rng: rng.integers(len(losses.gaps), size=(frames, individuals)))
-    seen = positions.copy()
+    tracked = positions.copy()
     everybody = np.arange(individuals)
-    found = np.zeros((groups, individuals), dtype=np.int64)
+    return_frame = np.zeros((groups, individuals), dtype=np.int64)
     for frame in range(frames):
-        is_lost = found > frame
-        seen[:, frame][is_lost] = np.nan
-        places = seen[:, frame]
-        squares = np.square(places[:, :, None] - places[:, None]).sum(axis=-1)
+        is_lost = return_frame > frame
+        tracked[:, frame][is_lost] = np.nan
+        positions_now = tracked[:, frame]
+        squares = np.square(positions_now[:, :, None] - positions_now[:, None]).sum(axis=-1)
         squares[:, everybody, everybody] = np.inf
         squares[np.isnan(squares)] = np.inf
         nearest = squares.argmin(axis=2)
@@ -93,7 +93,7 @@ def lose(positions: np.ndarray, losses: Losses, rngs: Sequence[np.random.Generat
         gap = losses.gaps[np.take_along_axis(chosen[:, frame], pair, axis=1)]
         gone = lot < losses.chances[np.searchsorted(losses.distances, distance)]
         gone &= np.isfinite(distance)
-        found = np.where(gone, frame + 1 + gap, found)
-    few = np.isfinite(seen[..., 0]).sum(axis=2) < FEWEST_SEEN
-    seen[few] = positions[few]
-    return seen
+        return_frame = np.where(gone, frame + 1 + gap, return_frame)
+    few = np.isfinite(tracked[..., 0]).sum(axis=2) < FEWEST_SEEN
+    tracked[few] = positions[few]
+    return tracked
