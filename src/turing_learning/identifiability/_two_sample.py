@@ -1,5 +1,6 @@
 """The classifier two-sample test: a panel learns from two kinds of samples, judges others, and groups are permuted."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -137,16 +138,15 @@ def two_sample_test(
     plausible = reference_accuracies(
         evidence, models, effort, references, seed=seed, purpose=purpose
     )
-    return replace(test, plausible=plausible)
+    return replace(test, plausible=tuple(plausible))
 
 
 def reference_accuracies(
     evidence: Evidence, models: np.ndarray, effort: Effort, references: int, *, seed: int,
     purpose: tuple[int, ...] = (TESTING,),
-) -> tuple[float, ...]:  # fmt: skip
+) -> Iterator[float]:  # fmt: skip
     """Test some of the models (W, P) as if each were the system; see `two_sample_test`."""
     count = min(len(evidence.learning), effort.samples)
-    plausible = []
     for k in range(references):
         rng = stream(seed, *purpose, REFERENCE, k)
         system = models[rng.integers(len(models))][None]
@@ -155,8 +155,7 @@ def reference_accuracies(
         groups = evidence.groups[: len(testing)]
         as_if = replace(evidence, learning=samples[:count], testing=testing, groups=groups)
         test, _ = paired_test(as_if, models, effort, seed, (*purpose, REFERENCE, k))
-        plausible.append(test.accuracy)
-    return tuple(plausible)
+        yield test.accuracy
 
 
 def paired_test(

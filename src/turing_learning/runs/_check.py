@@ -117,7 +117,7 @@ class _Checker:
             usual = reference_accuracies(
                 self.evidence, self.plausible, self.effort, self.effort.references, seed=self.seed
             )
-            content["test"] = replace(test, plausible=usual).to_json()
+            content["test"] = replace(test, plausible=tuple(usual)).to_json()
             self._write(content)
         if "quantities" not in content:
             self.stage("distributions, genuine beside simulated")

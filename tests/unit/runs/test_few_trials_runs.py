@@ -684,12 +684,16 @@ def test_a_wide_posterior_is_not_told_because_it_is_wide(monkeypatch):
     references = _loops.reference_accuracies
 
     def noted(*arguments, **options):
-        asked.append(True)
-        return references(*arguments, **options)
+        for accuracy in references(*arguments, **options):
+            asked.append(accuracy)
+            yield accuracy
 
     monkeypatch.setattr(_loops, "reference_accuracies", noted)
     assert not panel_says(*right, spread=0.8)["told_by_panel"]
-    assert asked  # the panel tells them: only its margin excuses them
+    # the panel tells them: only its margin excuses them, and the first that is told as well is enough
+    assert asked
+    assert np.argmax(asked) == len(asked) - 1
+    assert len(asked) < _loops.PANEL_EFFORT.references
 
 
 class Failing(BurstAndCoast):
