@@ -39,6 +39,7 @@ def simulate(
     robots: Integer | None = None,
     individuals: Integer | None = None,
     tank: str | None = None,
+    as_tracked: bool = False,
     duration: Real | None = None,
     seed: Integer = 1,
     threads: Integer | None = None,
@@ -65,6 +66,7 @@ def simulate(
     :param robots: Number of robots; the scenario's by default.
     :param individuals: Number of animals; by default as many as were recorded.
     :param tank: Width and height of their tank (cm), as 100x60; by default the run's.
+    :param as_tracked: Lose animals as the tracker of the recordings lost them, so that tables are gapped as recordings are.
     :param duration: Duration (s); 180 by default, 60 for animals.
     :param seed: Seed of initial poses and noise; 1 by default.
     :param threads: Number of threads; all by default. The result does not depend on it.
@@ -74,7 +76,12 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     if scenario is None or not tl.runs.RunFolder(Path(scenario)).is_run():
-        refuse_beside("be left out for robots", individuals=individuals, tank=tank)
+        refuse_beside(
+            "be left out for robots",
+            individuals=individuals,
+            tank=tank,
+            as_tracked=as_tracked or None,
+        )
         swarm = _swarm(scenario, config, settings)
         _write_trial(swarm, _speeds(controller), robots, duration, seed, threads, out, force)
         return
@@ -84,9 +91,11 @@ def simulate(
     simulated = result.configuration.system.simulated
     if simulated is None:
         refuse_beside("be left out for animals", robots=robots, threads=threads)
-        _write_animals(result, run, individuals, tank, duration, seed, out, force)
+        _write_animals(result, run, individuals, tank, as_tracked, duration, seed, out, force)
         return
-    refuse_beside("be left out for robots", individuals=individuals, tank=tank)
+    refuse_beside(
+        "be left out for robots", individuals=individuals, tank=tank, as_tracked=as_tracked or None
+    )
     # Networks, and rules of other robots, have other parameters than the table has speeds.
     reactive = len(result.estimate) == len(simulated.controller)
     rule = "be on controllers that are tables of wheel speeds"
@@ -149,6 +158,7 @@ def _write_animals(
     run: Path,
     individuals: int | None,
     tank: str | None,
+    as_tracked: bool,
     duration_s: float | None,
     seed: int,
     out: Path | None,
@@ -175,6 +185,7 @@ def _write_animals(
         duration_s=ANIMALS_S if duration_s is None else duration_s,
         tank_cm=tank_cm,
         seed=seed,
+        as_tracked=as_tracked,
     )
     for warning in beyond_recorded(group, system["recording"], tank_cm):
         print(f"beyond what was recorded: {warning}", file=sys.stderr)

@@ -150,6 +150,13 @@ class Family(ABC):
         """
         return self._paths(self._checked(parameters), rng)[0]
 
+    def track(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Simulate as `simulate` does, and return what a tracker would have seen.
+
+        Positions are NaN where it would have lost somebody. Only a `Network` knows of losses.
+        """
+        return self.simulate(parameters, rng)
+
     def observe(
         self, truth: Mapping[str, float], *, groups: int, rng: np.random.Generator
     ) -> np.ndarray:

@@ -394,6 +394,11 @@ class Network(Family):
         gains = self._gains(self._checked(parameters))
         return self._moved(gains, rng.spawn(len(gains)), NO_LOSSES)
 
+    def track(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return the groups of `simulate`, lost as often and for as long as the recorded animals were."""
+        gains = self._gains(self._checked(parameters))
+        return self._moved(gains, rng.spawn(len(gains)), self.brain.losses)
+
     def to_bytes(self) -> bytes:
         """Return what was learned in the format safetensors: numbers alone, no code."""
         from safetensors.numpy import save

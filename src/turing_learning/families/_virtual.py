@@ -23,6 +23,7 @@ def virtual_group(
     duration_s: float = 60.0,
     tank_cm: tuple[float, float] | None = None,
     seed: int = 1,
+    as_tracked: bool = False,
 ) -> Trajectories:
     """Simulate a group of any size, in any tank, and return it as if it had been recorded.
 
@@ -40,6 +41,8 @@ def virtual_group(
         Width and height (cm) of a tank; by default that of the family.
     seed
         Of all randomness, >= 0.
+    as_tracked
+        Whether individuals are lost as the tracker of the recordings lost them; see `Network`.
 
     Returns
     -------
@@ -70,7 +73,8 @@ def virtual_group(
         size = integer("individuals", individuals, 1)
     longer = group.in_group(size, tank_cm, steps=steps)
     values = np.array([[float(parameters[name]) for name in names]])
-    positions = longer.simulate(values, np.random.default_rng(seed))[0]
+    rng = np.random.default_rng(seed)
+    positions = (longer.track if as_tracked else longer.simulate)(values, rng)[0]
     present = np.isfinite(positions).all(axis=-1)
     # where individuals come and go there are more than at once
     everybody = positions.shape[1]

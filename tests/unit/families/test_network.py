@@ -234,6 +234,18 @@ def test_virtual_animals_are_never_lost(network):
     )
 
 
+def test_virtual_animals_may_be_seen_as_a_tracker_would_see_them(network):
+    lossy = often_lost(network)
+    gains = dict.fromkeys(network.parameters, 1.0)
+    complete = virtual_group(lossy, gains, duration_s=20, seed=3)
+    tracked = virtual_group(lossy, gains, duration_s=20, seed=3, as_tracked=True)
+    assert complete.present.all()
+    assert 0.001 < 1 - tracked.present.mean() < 0.5
+    np.testing.assert_array_equal(
+        tracked.positions[tracked.present], complete.positions[tracked.present]
+    )
+
+
 def test_a_sample_that_is_too_long_for_a_tracker_is_of_one_who_is_never_lost(network):
     always = NO_LOSSES._replace(chances=np.array([1.0]), gaps=np.array([1]))
     lossy = replace(network, brain=network.brain._replace(losses=always))
