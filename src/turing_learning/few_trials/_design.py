@@ -21,7 +21,7 @@ See `Density` for more arguments.
 WALKERS = 150
 """Number of walkers."""
 
-MOVES_PER_BATCH = 12
+MOVES_PER_BATCH = 8
 """Moves of each walker per batch, and three times as many in the first one."""
 
 WIDENING = 2.5

@@ -40,23 +40,24 @@ def draw(
     start: np.ndarray,
     count: int,
     rng: np.random.Generator,
-    power: float = 1.0,
+    power: float = 0.0,
 ) -> np.ndarray:
-    """Draw points in proportion to a power of the likelihood, uniform on [-1, 1] beforehand.
+    """Draw points in proportion to the likelihood, uniform on [-1, 1] beforehand.
 
-    Points to start from (S, P) are moved by stretches while the power of the likelihood grows.
-    Stretches stay within what the starting points span, so that there should be many.
+    Points to start from (S, P) are moved by stretches while the power of the likelihood grows from
+    `power`, by which they are drawn already. Stretches stay within what the starting points span,
+    so that there should be many.
     """
     values = log_likelihood(start)
     chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)
     ensemble = _Ensemble(log_likelihood, start[chosen], values[chosen], rng)
-    reached = 0.0
-    for _ in range(FIRST_MOVES):
-        ensemble.move(reached)
-    while reached < power:
-        reached = ensemble.temper(reached, power)
+    if power == 0:
+        for _ in range(FIRST_MOVES):
+            ensemble.move(power)
+    while power < 1:
+        power = ensemble.temper(power)
         for _ in range(MOVES_PER_POWER):
-            ensemble.move(reached)
+            ensemble.move(power)
     for _ in range(LAST_MOVES):
         ensemble.move(power)
     return ensemble.points
@@ -115,8 +116,8 @@ class _Ensemble:
         self.points[half] = np.where(accepted[:, None], proposal, self.points[half])
         self.values[half] = np.where(accepted, proposed, values)
 
-    def temper(self, power: float, goal: float) -> float:
-        """Return the next power of the likelihood, at most `goal`; draw the points by it.
+    def temper(self, power: float) -> float:
+        """Return the next power of the likelihood, at most 1; draw the points by it.
 
         At that power half of the points count.
         """
@@ -130,8 +131,8 @@ class _Ensemble:
             likely = weights(next_power)
             return bool(likely.sum() ** 2 > COUNTING_SHARE * len(values) * (likely**2).sum())
 
-        low = goal if enough(goal) else power
-        high = goal
+        low = 1.0 if enough(1.0) else power
+        high = 1.0
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
             if enough(middle):

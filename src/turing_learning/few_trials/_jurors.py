@@ -12,13 +12,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 TRIAL_FOLDS = 4
 """Parts of the trials; jurors that are trained on three judge the fourth."""
 
-RIDGE_PENALTIES = (1e-3, 1e-2, 1e-1, 1.0)
-"""Penalties that are tried, in units of the variance of an output."""
+RIDGE_PENALTIES = (1e-2, 1e-1, 1.0)
+"""Penalties that are tried, in units of the variance of an output; so large that equations can be
+solved in single precision."""
 
 LEAST_EXPLAINED = 0.02
 """Share of a target's variance that the juror of a product has to explain out of its fold."""
@@ -90,34 +91,34 @@ def _cross_fit(
     Shapes are (ridges, S, terms) and (ridges, folds, terms).
 
     Fold k is the trials from `bounds[k]` to `bounds[k + 1]`. Outputs of classifiers are single
-    precision, and so are products of as many numbers as there are trials; equations are solved in
-    double precision.
+    precision, and so are equations for weights: a juror with slightly other weights is one, too.
     """
     folds = [slice(begin, stop) for begin, stop in pairwise(bounds)]
     goals = targets.astype(judged.dtype)
-    squares = [(judged[fold].T @ judged[fold]).astype(float) for fold in folds]
-    products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]
-    sums = [judged[fold].sum(axis=0, dtype=float) for fold in folds]
-    goal_sums = [targets[fold].sum(axis=0) for fold in folds]
+    squares = [judged[fold].T @ judged[fold] for fold in folds]
+    products = [judged[fold].T @ goals[fold] for fold in folds]
+    sums = [judged[fold].sum(axis=0) for fold in folds]
+    goal_sums = [goals[fold].sum(axis=0) for fold in folds]
     read = np.empty((len(RIDGE_PENALTIES), *targets.shape))
     expected = np.empty((len(RIDGE_PENALTIES), TRIAL_FOLDS, targets.shape[1]))
     all_squares = sum(squares)
     diagonal = np.diag_indices(len(system))
+    (solve,) = get_lapack_funcs(("posv",), (judged,))
     for k, fold in enumerate(folds):
-        size = len(judged) - (bounds[k + 1] - bounds[k])
+        size = len(judged) - len(judged[fold])
         mean = (sum(sums) - sums[k]) / size
         goal = (sum(goal_sums) - goal_sums[k]) / size
         square = all_squares - squares[k] - size * np.outer(mean, mean)
         product = sum(products) - products[k] - size * np.outer(mean, goal)
-        left_out = judged[fold] - mean.astype(judged.dtype)
+        left_out = judged[fold] - mean
         for r, ridge in enumerate(RIDGE_PENALTIES):
             penalized = square.copy()
             penalized[diagonal] += ridge * size
             # It is symmetric, so that LAPACK may work on it where it is.
-            _, weights, failed = lapack.dposv(penalized.T, product, overwrite_a=True)
+            _, weights, failed = solve(penalized.T, product, overwrite_a=True)
             if failed:
                 raise np.linalg.LinAlgError("outputs of classifiers are not finite")
-            read[r, fold] = left_out @ weights.astype(judged.dtype) + goal
+            read[r, fold] = left_out @ weights + goal
             expected[r, k] = (system - mean) @ weights + goal
     return read, expected
 

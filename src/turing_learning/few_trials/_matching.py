@@ -3,7 +3,6 @@ samples tell them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -28,9 +27,6 @@ UNTOLD_WIDTH = 1.2
 FAR_SHARE = 1 / 7
 """Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
 
-PROPOSAL_POWER = 0.16
-"""Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
-
 LEAST_P = 0.005
 """p-value of the distance below which classifiers tell the model from the agents."""
 
@@ -51,6 +47,9 @@ LEAST_DEVIATION = 1e-4
 
 BROAD_FITS = 4
 """How often samples near the solution are chosen anew, at most."""
+
+BROAD_DRAWS = 200
+"""Draws by which it is seen where that solution is."""
 
 STEADY_MIDDLE = 0.2
 """Standard deviations of the draws by which their median moves when that is no longer needed."""
@@ -76,9 +75,6 @@ class Matched:
         Ends of the central 90 % of the draws; NaN where none can be given.
     draws : (D, P)
         Parameters that explain the judgments, in proportion to how well they do.
-    proposals : (D, P)
-        Where further samples would tell most: parameters at some distance from those that explain
-        the judgments, also where little is known.
     identified : (P,) bool
         Whether the judgments say something of the parameter: whether the draws of each solution
         cover less than the range.
@@ -105,7 +101,6 @@ class Matched:
     interval_low: np.ndarray
     interval_high: np.ndarray
     draws: np.ndarray
-    proposals: np.ndarray
     identified: np.ndarray
     passed_checks: bool
     distance: float
@@ -261,9 +256,7 @@ def match(
     # The canary is looked for in all its range.
     middle = np.append((start - low) / units - 1, 0.0)
     width = np.append(spread / units, 1.0)
-    broad = _broad_fit(judged, middle, width, draws, rng)
-    optimistic = partial(broad.likelihood.log_likelihood, optimistic=True)
-    proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSAL_POWER)[:, :-1]
+    broad = _broad_fit(judged, middle, width, rng)
 
     floors: Sequence[float | None] = WEIGHT_FLOORS[:1]
     if farther and len(parameters) // 3 > size:
@@ -291,7 +284,6 @@ def match(
         interval_low=interval_low,
         interval_high=interval_high,
         draws=low + units * (best.points + 1),
-        proposals=low + units * (proposals + 1),
         identified=identified,
         passed_checks=passed_checks,
         distance=distance,
@@ -349,11 +341,7 @@ class _BroadFit:
 
 
 def _broad_fit(
-    judged: JudgedSamples,
-    middle: np.ndarray,
-    width: np.ndarray,
-    draws: int,
-    rng: np.random.Generator,
+    judged: JudgedSamples, middle: np.ndarray, width: np.ndarray, rng: np.random.Generator
 ) -> _BroadFit:
     """Fit again and again to the samples nearest to the solution, until its middle keeps its place.
 
@@ -365,7 +353,7 @@ def _broad_fit(
         likelihood = judged.fit(remoteness, logs, FAR_SHARE)
         logs = likelihood.emulator.logs
         remoteness = likelihood.remoteness(judged.parameters)
-        points = draw(likelihood.log_likelihood, likelihood.points, draws, rng)
+        points = draw(likelihood.log_likelihood, likelihood.points, BROAD_DRAWS, rng)
         before = middle
         middle = np.median(points, axis=0)
         if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY_MIDDLE:
@@ -453,7 +441,7 @@ def _solved(
     points = points[:, :-1]
     # Where no draw is likely with the canary at 0, in the middle of its range, those over all of it stay
     if np.isfinite(likelihood.without_canary(points)).any():
-        points = draw(likelihood.without_canary, points, draws, rng)
+        points = draw(likelihood.without_canary, points, draws, rng, power=1.0)
     return _Solution(likelihood, points, canary_range, halves_apart)
 
 

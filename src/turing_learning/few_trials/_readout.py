@@ -134,9 +134,9 @@ def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost
     """Match the agents.
 
     A canary is drawn by chance. So a solution that fails its checks, though no classifier tells it
-    from the agents, is sought twice more. Of the three, that counts whose canary has the middle
-    share of its range. Solutions of a `lost` run depend on the trials they rest on. So several are
-    mixed.
+    from the agents, is sought twice more. Of the three, those count that agree whether checks are
+    passed, and of these the one whose canary has the middle share of its range. Solutions of a
+    `lost` run depend on the trials they rest on. So several are mixed.
     """
     if lost:
         solutions = [_solution_near(evidence, cloud, rng, share) for share in SHARES_AT_END]
@@ -145,7 +145,9 @@ def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost
     if first_solution.passed_checks or first_solution.p_value < LEAST_P:
         return first_solution
     solutions = [first_solution, *(_solution_near(evidence, cloud, rng) for _ in range(2))]
-    return sorted(solutions, key=lambda matched: matched.canary_range)[1]
+    most_pass = sum(matched.passed_checks for matched in solutions) > 1
+    agreeing = [matched for matched in solutions if matched.passed_checks == most_pass]
+    return sorted(agreeing, key=lambda matched: matched.canary_range)[1]
 
 
 def best_solution(

@@ -151,7 +151,7 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
     assert len(places) == 2 * chosen
 
 
-def solution(place, distance, passed_checks=True):
+def solution(place, distance, passed_checks=True, canary_range=1.0):
     draws = place + 0.1 * np.random.default_rng(5).standard_normal((600, 2))
     none = np.full(2, np.nan)
     known = {
@@ -164,12 +164,11 @@ def solution(place, distance, passed_checks=True):
     return Matched(
         **known,
         draws=draws,
-        proposals=draws,
         passed_checks=passed_checks,
         distance=distance,
         p_value=0.5,
         leverage=0.1,
-        canary_range=1.0,
+        canary_range=canary_range,
         halves_apart=1.0,
         mode=np.zeros(len(draws), dtype=np.int64),
     )
@@ -191,6 +190,24 @@ def test_solutions_that_are_told_equally_well_are_mixed():
     far = combined([solution(0.0, 21.0)], np.full(2, 1.0))
     assert not far.passed_checks
     assert np.isnan(far.interval_low).all()
+
+
+@pytest.mark.parametrize(
+    ("passed", "canaries", "middle"),
+    [
+        # two of three pass: that one fails is chance, wherever its canary is
+        ((False, True, True), (0.9, 0.8, 1.0), 1.0),
+        ((False, False, True), (0.5, 0.4, 1.0), 0.5),
+        ((False, False, False), (0.5, 0.4, 0.3), 0.4),
+    ],
+)
+def test_a_solution_fails_where_most_of_three_do(monkeypatch, passed, canaries, middle):
+    sought = [solution(0.0, 1.0, *each) for each in zip(passed, canaries, strict=True)]
+    rest = iter(sought)
+    monkeypatch.setattr(_readout, "_solution_near", lambda *_: next(rest))
+    chosen = _readout.solution(None, None, np.random.default_rng(1), lost=False)
+    assert chosen.passed_checks == (sum(passed) > 1)
+    assert chosen.canary_range == middle
 
 
 def test_a_stored_run_is_opened_as_it_ended(whole):
@@ -285,11 +302,10 @@ def test_a_run_that_ends_while_its_estimate_is_examined_is_resumed_to_the_same_b
 ):
     known, whole = walked
     last = []
-    simulated = []
 
     def interrupting(parameters, rng):
-        simulated.extend(parameters)
-        if how == "interrupted" and len(simulated) > 60:
+        # symmetries may be simulated before the end, too
+        if how == "interrupted" and any(last):
             raise KeyboardInterrupt
         return drift(parameters, rng)
 
@@ -495,7 +511,8 @@ def test_a_run_of_trials_is_checked(walked, tmp_path):
     check = result.check(effort=effort, recoveries=1, **known)
     assert check.verdicts == result.verdicts == tl.load_run(path).verdicts
     assert check.judgment.line in str(result)
-    assert all(0.3 < one < 0.75 for each in check.recoveries for one in each.attainable)
+    # of 200 answers, half of them right by chance; after 60 trials models are still told a little
+    assert all(0.3 < one < 0.8 for each in check.recoveries for one in each.attainable)
     speed, inert = check.parameters
     assert speed.pinned_down
     assert inert.reasons
