@@ -43,7 +43,7 @@ FAMILIES = (
     "kicks+walls+social+differences+tracker",
     "persistent+walls+social+differences+tracker",
 )
-FORM = "0077"
+FORM = "0078"
 """The decision that says how networks of these rows move; the code of earlier ones is not there any more."""
 FIELDS = ("form", "system", "seed", "what", *COMPARED, *NUMBERS)
 
