@@ -150,11 +150,13 @@ class Family(ABC):
         """
         return self._paths(self._checked(parameters), rng)[0]
 
-    def track(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Simulate as `simulate` does, and return what a tracker would have seen.
+    @property
+    def loses_individuals(self) -> bool:
+        """Whether it knows how a tracker loses individuals, as a `Network` of such a recording does."""
+        return False
 
-        Positions are NaN where it would have lost somebody. Only a `Network` knows of losses.
-        """
+    def track(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Simulate as `simulate` does; positions are NaN where a tracker would have lost somebody."""
         return self.simulate(parameters, rng)
 
     def observe(

@@ -12,7 +12,10 @@ from ._family import draw
 LOSSES_A_CHANCE = 20
 """Losses, at least, by which it is estimated how often individuals are lost within a range of distances."""
 FEWEST_SEEN = 2
-"""Individuals that are seen in every frame: a sample is of somebody with a nearest other."""
+"""Individuals that are seen in every frame of a sample, as it is of somebody with a nearest other.
+
+So of two individuals none is lost, and of three no more than one at a time.
+"""
 
 
 class Losses(NamedTuple):
@@ -21,9 +24,11 @@ class Losses(NamedTuple):
     distances: np.ndarray  # (B - 1,): borders (cm) of the distances between which chances differ
     chances: np.ndarray  # (B,): of being lost in the next frame
     gaps: np.ndarray  # (N,): frames until each was found again
+    #: (1,): share of the losses of one of two, nearest to each other, that are of both
+    joint: np.ndarray
 
 
-NO_LOSSES = Losses(np.zeros(0), np.zeros(1), np.zeros(0, dtype=np.int64))
+NO_LOSSES = Losses(np.zeros(0), np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(1))
 """Those of a tracker that loses nobody."""
 
 
@@ -35,6 +40,7 @@ def losses_of(recordings: Sequence[Trajectories], learned: Sequence[np.ndarray])
     distances = []
     lost = []
     gaps = []
+    both: list[bool] = []
     for recording, may_be_learned in zip(recordings, learned, strict=True):
         present = recording.present & may_be_learned
         offset, has_neighbor = nearest_others(recording.positions, recording.present)
@@ -44,6 +50,7 @@ def losses_of(recordings: Sequence[Trajectories], learned: Sequence[np.ndarray])
         distances.append(np.hypot(offset[:-1, :, 0], offset[:-1, :, 1])[observed])
         lost.append(gap[observed] > 0)
         gaps.append(gap[observed & (gap > 0)])
+        both += _both_lost(recording, offset, np.where(observed, gap, 0))
     all_gaps = np.concatenate(gaps)
     if not len(all_gaps):
         return NO_LOSSES
@@ -55,7 +62,27 @@ def losses_of(recordings: Sequence[Trajectories], learned: Sequence[np.ndarray])
     which = np.searchsorted(borders, all_distances)
     at_risk = np.bincount(which, minlength=len(borders) + 1)
     chances = np.bincount(which, is_lost, len(borders) + 1) / np.maximum(at_risk, 1)
-    return Losses(borders, chances, all_gaps)
+    return Losses(borders, chances, all_gaps, np.array([np.mean(both) if both else 0.0]))
+
+
+def _both_lost(recording: Trajectories, offset: np.ndarray, gap: np.ndarray) -> list[bool]:
+    """Return of losses of one of two who are each other's nearest whether the other was lost meanwhile.
+
+    `offset` (F, A, 2) leads to the nearest other; losses are where the gap (F - 1, A) has frames.
+    """
+    positions = recording.positions
+    present = recording.present
+    both = []
+    for frame, individual in np.argwhere(gap):
+        nearest_place = positions[frame, individual] + offset[frame, individual]
+        distances = np.abs(positions[frame] - nearest_place).sum(axis=1)
+        distances[~present[frame]] = np.inf
+        distances[individual] = np.inf
+        nearest = distances.argmin()
+        if np.allclose(offset[frame, nearest], -offset[frame, individual]):
+            until = frame + 1 + gap[frame, individual]
+            both.append(not present[frame + 1 : until, nearest].all())
+    return both
 
 
 def _gaps(present: np.ndarray) -> np.ndarray:
@@ -67,14 +94,23 @@ def _gaps(present: np.ndarray) -> np.ndarray:
     return np.where(return_frame == frames, -1, gaps)
 
 
-def lose(positions: np.ndarray, losses: Losses, rngs: Sequence[np.random.Generator]) -> np.ndarray:
+def lose(
+    positions: np.ndarray,
+    losses: Losses,
+    rngs: Sequence[np.random.Generator],
+    fewest: int = FEWEST_SEEN,
+) -> np.ndarray:
     """Return positions (M, F, A, 2) with NaN where a tracker would have lost somebody; each group has its own generator.
 
-    Two who are each other's nearest are lost together, and found together.
+    Nobody is lost in frames in which fewer than `fewest` would be left.
+
+    Two who are each other's nearest are lost together, and found together, as often as recorded ones.
     """
     groups, frames, individuals, _ = positions.shape
-    lots = draw(rngs, lambda rng: rng.random((frames, individuals)))
-    chosen = draw(rngs, lambda rng: rng.integers(len(losses.gaps), size=(frames, individuals)))
+    shape = frames, individuals
+    shared_lots = draw(rngs, lambda rng: rng.random(shape))
+    own_lots = draw(rngs, lambda rng: rng.random(shape))
+    chosen = draw(rngs, lambda rng: rng.integers(len(losses.gaps), size=shape))
     tracked = positions.copy()
     everybody = np.arange(individuals)
     return_frame = np.zeros((groups, individuals), dtype=np.int64)
@@ -87,13 +123,18 @@ def lose(positions: np.ndarray, losses: Losses, rngs: Sequence[np.random.Generat
         squares[np.isnan(squares)] = np.inf
         nearest = squares.argmin(axis=2)
         distance = np.sqrt(squares.min(axis=2))
-        mutual = np.take_along_axis(nearest, nearest, axis=1) == everybody
+        has_other = np.isfinite(distance)
+        mutual = has_other & (np.take_along_axis(nearest, nearest, axis=1) == everybody)
         pair = np.where(mutual, np.minimum(nearest, everybody), everybody)
-        lot = np.take_along_axis(lots[:, frame], pair, axis=1)
-        gap = losses.gaps[np.take_along_axis(chosen[:, frame], pair, axis=1)]
-        gone = lot < losses.chances[np.searchsorted(losses.distances, distance)]
-        gone &= np.isfinite(distance)
+        chance = losses.chances[np.searchsorted(losses.distances, distance)]
+        # of both and of one alone, so that together they are as likely as recorded
+        chance_of_both = np.where(mutual, losses.joint * chance, 0.0)
+        together = np.take_along_axis(shared_lots[:, frame], pair, axis=1) < chance_of_both
+        alone = own_lots[:, frame] < chance - chance_of_both
+        loss = np.where(together, pair, everybody)
+        gap = losses.gaps[np.take_along_axis(chosen[:, frame], loss, axis=1)]
+        gone = has_other & (together | alone)
         return_frame = np.where(gone, frame + 1 + gap, return_frame)
-    few = np.isfinite(tracked[..., 0]).sum(axis=2) < FEWEST_SEEN
+    few = np.isfinite(tracked[..., 0]).sum(axis=2) < fewest
     tracked[few] = positions[few]
     return tracked

@@ -394,10 +394,19 @@ class Network(Family):
         gains = self._gains(self._checked(parameters))
         return self._moved(gains, rng.spawn(len(gains)), NO_LOSSES)
 
+    @property
+    def loses_individuals(self) -> bool:
+        """Whether the tracker of the recordings has lost individuals who were found again."""
+        return bool(len(self.brain.losses.gaps))
+
     def track(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return the groups of `simulate`, lost as often and for as long as the recorded animals were."""
         gains = self._gains(self._checked(parameters))
-        return self._moved(gains, rng.spawn(len(gains)), self.brain.losses)
+        rngs = rng.spawn(len(gains))
+        positions = self._moved(gains, rngs, NO_LOSSES)
+        if self.loses_individuals:
+            positions = lose(positions, self.brain.losses, rngs, fewest=0)
+        return positions
 
     def to_bytes(self) -> bytes:
         """Return what was learned in the format safetensors: numbers alone, no code."""

@@ -52,7 +52,8 @@ def virtual_group(
     Raises
     ------
     ValueError
-        If a parameter is missing, there are too many steps or individuals, or the family knows no such tank.
+        If a parameter is missing, there are too many steps or individuals, the family knows no such tank, or
+        it knows no losses and `as_tracked` is given.
     """
     group = family.groups[0] if isinstance(family, Replicates) else family
     rule = "be a family of models, which says where everybody is"
@@ -68,6 +69,9 @@ def virtual_group(
     longest = LONGEST - group.settling_steps
     rule = f"be at least {2 * group.interval_s:g} s, and at most {longest * group.interval_s:g} s"
     require(1 <= steps <= longest, "duration_s", rule, f"{duration_s:g} s")
+    rule = "be left out of models that know no tracker's losses"
+    remedy = "A network of recordings with gaps knows them."
+    require(group.loses_individuals or not as_tracked, "as_tracked", rule, "given", remedy)
     size = group.individuals
     if individuals is not None:
         size = integer("individuals", individuals, 1)

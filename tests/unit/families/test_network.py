@@ -213,7 +213,7 @@ def test_a_stored_network_moves_to_the_same_bits(network, tmp_path):
 
 def often_lost(network):
     """The same network where a tracker loses whoever has another within 3 cm, in a twentieth of the steps."""
-    losses = Losses(np.array([3.0]), np.array([0.05, 0.0]), np.array([4, 9]))
+    losses = Losses(np.array([3.0]), np.array([0.05, 0.0]), np.array([4, 9]), np.array([0.5]))
     return replace(network, brain=network.brain._replace(losses=losses))
 
 
@@ -239,6 +239,8 @@ def test_virtual_animals_may_be_seen_as_a_tracker_would_see_them(network):
     gains = dict.fromkeys(network.parameters, 1.0)
     complete = virtual_group(lossy, gains, duration_s=20, seed=3)
     tracked = virtual_group(lossy, gains, duration_s=20, seed=3, as_tracked=True)
+    with pytest.raises(ValueError, match="left out of models that know no tracker"):
+        virtual_group(network, gains, duration_s=20, seed=3, as_tracked=True)
     assert complete.present.all()
     assert 0.001 < 1 - tracked.present.mean() < 0.5
     np.testing.assert_array_equal(
