@@ -727,13 +727,18 @@ class FewTrials:
         if matched is None:
             return {}
         group = None
-        along = self._along_ridge(matched)
-        if along is not None:
-            matched = matched.with_draws(along[0])
-        elif self._examiner is not None:
+        along = None
+        if self._group is None:
+            along = self._along_ridge(matched)
+        if along is None and self._examiner is not None:
             first_trials = self._first_trials()
             if len(first_trials.parameters) >= FEWEST_FIRST:
                 matched, group = self._folded(matched, self._examiner, first_trials)
+            # what the run has followed as a symmetry may have been the two sides of a ridge
+            if self._group is not None and group is None:
+                along = self._along_ridge(matched)
+        if along is not None:
+            matched = matched.with_draws(along[0])
         p_value = np.array(matched.p_value)
         if not matched.passed_checks:
             return {"p_value": p_value}
@@ -784,7 +789,7 @@ class FewTrials:
 
     def _along_ridge(self, matched: Matched) -> tuple[np.ndarray, Ridge] | None:
         """Return draws all along the ridge on which a solution lies, and the ridge; None if it lies on none."""
-        if self._examiner is None or self._group is not None:
+        if self._examiner is None:
             return None
         if not matched.passed_checks or self.search.lost:
             return None

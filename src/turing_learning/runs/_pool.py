@@ -86,8 +86,8 @@ class Pooled(Judged):
         Of the runs.
     estimate
         Median of the estimates of the runs; of parameters on a logarithmic scale, of their
-        logarithms. Where a run lies along a ridge, the estimate of the run that is nearest to that:
-        medians are beside a ridge.
+        logarithms. Along a `ridge`, the estimate of the run on it that is nearest to that: medians
+        are beside a ridge.
     interval
         Lower and upper end, for each parameter, of what the runs leave open together: nine of ten
         hold the truth, also where runs settle in different regions, see
@@ -261,7 +261,7 @@ class Pooled(Judged):
                 estimates = ", ".join(map(shown, self.estimates[name]))
                 remarks.append(f"runs disagree on {name}: {estimates}")
         if self.ridge:
-            remarks.append(described_ridge(self.ridge))
+            remarks.append(described_ridge(self.ridge, "the runs"))
         why = {}
         if self.trials is not None:
             why = {"why": "at most one run has settled; resume them with more trials"}
@@ -383,17 +383,25 @@ def _mixed(runs: Sequence[Posterior]) -> _Together:
     bounds, agreement = mixed_interval(list(chains.values()), intervals, estimates.shape[1])
     # on the scale of each parameter, which takes models (runs, 1, P)
     estimate = system.on_scales(estimates[:, None], lambda values: np.median(values[:, 0], axis=0))
-    ridges = Counter(run.ridge for run in settled)
-    if any(ridges):
+    ridge = _common_ridge(settled)
+    if ridge:
         # medians of models along a ridge are beside it
         widths = np.maximum(np.diff(bounds)[:, 0], np.finfo(float).tiny)
-        distances = (np.abs(estimates - estimate) / widths).max(axis=1)
-        estimate = estimates[distances.argmin()]
-    ridge: tuple[str, ...] = ()
-    for expressions, votes in ridges.most_common(1):
-        if 2 * votes >= len(settled):
-            ridge = expressions
+        distances = (np.abs(estimates - estimate) / widths).max(axis=1).round(9)
+        on_ridge = [k for k, run in enumerate(settled) if run.ridge == ridge]
+        nearest = min(on_ridge, key=lambda k: (distances[k], settled[k].seed))
+        estimate = estimates[nearest]
     return _Together(chains, estimate, bounds, agreement, ridge)
+
+
+def _common_ridge(settled: Sequence[Posterior]) -> tuple[str, ...]:
+    """Return what shows along a ridge, as half of the runs or more say; nothing if fewer do."""
+    ridges = Counter(run.ridge for run in settled if run.ridge)
+    if not ridges:
+        return ()
+    # of two that as many runs state, the first by its text
+    ridge, votes = min(ridges.items(), key=lambda stated: (-stated[1], stated[0]))
+    return ridge if 2 * votes >= len(settled) else ()
 
 
 def _wandering(runs: Sequence[Result]) -> _Together:

@@ -591,11 +591,11 @@ def result_from_json(content: Mapping[str, Any], record: Record) -> Result:
     return Evolution(**values)
 
 
-def described_ridge(ridge: Sequence[str]) -> str:
-    """Return a sentence that says what shows along a ridge."""
+def described_ridge(ridge: Sequence[str], tellers: str = "the run") -> str:
+    """Return a sentence that says what shows along a ridge, as far as one or more runs tell."""
     verb, kept = ("shows", "it") if len(ridge) == 1 else ("show", "these")
     return (
-        f"As far as the run can tell, some parameters lie along a ridge, of which only {' and '.join(ridge)} {verb}: "
+        f"As far as {tellers} can tell, some parameters lie along a ridge, of which only {' and '.join(ridge)} {verb}: "
         f"other values that keep {kept} are as good."
     )
 
