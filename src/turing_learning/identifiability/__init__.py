@@ -7,7 +7,8 @@
 `two_sample_test`, `TwoSampleTest`
     A panel of examiners learns from genuine and simulated samples, and is tested on held-out ones.
 `reference_accuracies`
-    The same test of models that a run calls plausible, each as if it were the system.
+    Accuracies of the same test of models that a run calls plausible, each as if it were the system: an iterator, so
+    that one who has seen enough can stop.
 `profile`, `Profile`
     The same test where a single parameter is moved across its range.
 `Recovery`, `PinnedDown`, `Check`

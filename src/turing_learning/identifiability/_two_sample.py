@@ -145,7 +145,10 @@ def reference_accuracies(
     evidence: Evidence, models: np.ndarray, effort: Effort, references: int, *, seed: int,
     purpose: tuple[int, ...] = (TESTING,),
 ) -> Iterator[float]:  # fmt: skip
-    """Test some of the models (W, P) as if each were the system; see `two_sample_test`."""
+    """Yield accuracies of tests of some of the models (W, P), each as if it were the system; see `two_sample_test`.
+
+    Each is simulated and tested when it is asked for. Who needs no more of the `references` saves the others.
+    """
     count = min(len(evidence.learning), effort.samples)
     for k in range(references):
         rng = stream(seed, *purpose, REFERENCE, k)

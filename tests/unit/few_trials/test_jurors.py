@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from turing_learning.few_trials._jurors import train_moments
 
@@ -44,3 +45,34 @@ def test_what_a_trial_tells_is_measured_out_of_fold():
     explained = train_moments(models, outputs, system, rng).explained
     assert (explained[:2] > 0.4).all()
     assert explained[2] < 0.05
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-4, 1.0, 1e6])
+def test_jurors_of_classifiers_that_say_the_same_are_solved_in_single_precision(size):
+    models = np.random.default_rng(0).uniform(-1, 1, (200, 2))
+    outputs, system = judged(models, 1, jurors=1), judged(np.tile(TRUTH, (500, 1)), 2, jurors=1)
+    single, double = (
+        train_moments(
+            models,
+            np.repeat(size * outputs, 600, axis=1).astype(precision),
+            np.repeat(size * system, 600, axis=1).astype(precision),
+            np.random.default_rng(0),
+        )
+        for precision in (np.float32, np.float64)
+    )
+    np.testing.assert_allclose(single.values, double.values, atol=1e-3)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, -np.inf])
+def test_outputs_that_are_not_finite_are_refused(wrong):
+    models = np.random.default_rng(0).uniform(-1, 1, (100, 2))
+    outputs = judged(models, 1)
+    outputs[3, 5] = wrong
+    system = judged(np.tile(TRUTH, (50, 1)), 2)
+    with (
+        np.errstate(invalid="ignore"),
+        pytest.raises(
+            np.linalg.LinAlgError, match=r"must have a finite solution; got .* nan to nan"
+        ),
+    ):
+        train_moments(models, outputs, system, np.random.default_rng(0))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.few_trials import MomentField
+from turing_learning.few_trials import MomentField, _map
 
 TRUTH = np.array([0.3, -0.5])
 
@@ -115,3 +115,29 @@ def test_a_map_that_rests_on_few_trials_says_what_the_exact_process_says_near_th
     )
     assert np.sqrt(((mean - mean_of_all) ** 2 / variance_of_all).mean()) < 1
     assert 0.8 < np.median(variance / variance_of_all) < 1.25
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_single_precision_changes_densities_little_and_serves_no_more_than_3000_samples(
+    monkeypatch, seed
+):
+    rng = np.random.default_rng(seed)
+    truth = np.array([0.3, -0.4, 0.1])
+    models = truth + rng.choice([0.1, 1.0], (2000, 1)) * rng.uniform(-1, 1, (2000, 3))
+    away = models - truth
+    means = 20 * np.column_stack((np.sin(2 * away + np.roll(away, -1, axis=1)), away[:, 0] ** 2))
+    moments = means + rng.standard_normal(means.shape)
+    places = truth + rng.choice([0.003, 0.01, 0.03], (4000, 1)) * rng.standard_normal((4000, 3))
+
+    def change(samples, least_noise):
+        usual = MomentField(models, moments, 1 / samples, np.random.default_rng(1))
+        density = usual.log_density(places)
+        monkeypatch.setattr(_map, "LEAST_SINGLE_NOISE", least_noise)
+        other = MomentField.restored(usual.state()).log_density(places)
+        monkeypatch.undo()
+        near = density > density.max() - 20
+        return np.abs(density - other)[near].max()
+
+    assert 0 < change(3000, np.inf) < 0.6
+    # these are evaluated in double precision; in single precision they would change
+    assert change(100_000, np.inf) == 0 < change(100_000, 0.0)
