@@ -45,8 +45,9 @@ def draw(
     """Draw points in proportion to the likelihood, uniform on [-1, 1] beforehand.
 
     Points to start from (S, P) are moved by stretches while the power of the likelihood grows from
-    `power`, by which they are drawn already. Stretches stay within what the starting points span,
-    so that there should be many.
+    `power`. With 0 they need not be likely. With 1 they are moved by the full likelihood alone, so
+    that they should be near draws from it already, such as those of a similar likelihood.
+    Stretches stay within what the starting points span, so that there should be many.
     """
     values = log_likelihood(start)
     chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)

@@ -19,7 +19,7 @@ TRIAL_FOLDS = 4
 
 RIDGE_PENALTIES = (1e-2, 1e-1, 1.0)
 """Penalties that are tried, in units of the variance of an output; so large that equations can be
-solved in single precision."""
+solved in single precision, also where all classifiers say the same."""
 
 LEAST_EXPLAINED = 0.02
 """Share of a target's variance that the juror of a product has to explain out of its fold."""
@@ -44,7 +44,7 @@ def train_moments(
 ) -> Moments:
     """Train jurors on outputs of J classifiers for S trials, and compare these with the system.
 
-    Outputs are (S, J) for models (S, P), and (K, J) for genuine samples.
+    Outputs, from 0 to 1, are (S, J) for models (S, P), and (K, J) for genuine samples.
 
     One juror for each parameter, and for each product of two: a linear read-out of all outputs,
     trained to tell where it is large from where it is small, with the ridge penalty that does best
@@ -53,6 +53,11 @@ def train_moments(
 
     Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian
     computation (2012); Gourieroux, Monfort and Renault, Indirect inference (1993).
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the equations have no finite solution, as where an output is not finite.
     """
     count, dimension = parameters.shape
     targets = quadratic_terms(
@@ -116,8 +121,11 @@ def _cross_fit(
             penalized[diagonal] += ridge * size
             # It is symmetric, so that LAPACK may work on it where it is.
             _, weights, failed = solve(penalized.T, product, overwrite_a=True)
-            if failed:
-                raise np.linalg.LinAlgError("outputs of classifiers are not finite")
+            if failed or not np.isfinite(weights).all():
+                raise np.linalg.LinAlgError(
+                    "equations of jurors must have a finite solution; got outputs of classifiers "
+                    f"from {judged.min():.3g} to {judged.max():.3g} standard deviations"
+                )
             read[r, fold] = left_out @ weights + goal
             expected[r, k] = (system - mean) @ weights + goal
     return read, expected

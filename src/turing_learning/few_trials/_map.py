@@ -45,6 +45,10 @@ one trial."""
 MOST_TEMPER = 2.0
 """Largest number that the logarithm of the density is divided by."""
 
+LEAST_SINGLE_NOISE = 3e-4
+"""Noise of the system's mean, in units of the noise of one trial, down to which maps are evaluated
+in single precision: that of 3,000 genuine samples, as many as are judged of a live system."""
+
 WIDE_SLACK = 10.0
 """The wide map excludes a model whose log density there is lower than that of the walkers by so
 much."""
@@ -108,9 +112,9 @@ class _Bends(NamedTuple):
 class _Process(NamedTuple):
     """The Gaussian processes of moments that share one length scale.
 
-    They are fitted in double precision, and evaluated in single precision: products of so many
-    features are most of what walkers cost. Logarithms of densities change by 0.25 at most (decision
-    0035).
+    They are fitted in double precision. With up to 3,000 genuine samples they are evaluated in
+    single precision: products of so many features are most of what walkers cost. How little that
+    changes: decision 0035.
     """
 
     bends: _Bends
@@ -121,6 +125,15 @@ class _Process(NamedTuple):
     #: for each amplitude: its value, which of all moments have it, and a square root of the
     #: weights' covariance
     spreads: list[tuple[float, np.ndarray, np.ndarray]]
+
+    def rounded(self, precision: type[np.floating]) -> "_Process":
+        """Return the processes with all that they are evaluated with in a precision."""
+        bends = self.bends._replace(whitening=self.bends.whitening.astype(precision))
+        spreads = [
+            (amplitude, sharing, spread.astype(precision))
+            for amplitude, sharing, spread in self.spreads
+        ]
+        return _Process(bends, self.columns, self.weights.astype(precision), spreads)
 
 
 class MomentField:
@@ -187,12 +200,15 @@ class MomentField:
         points = models[state["inducing"]]
         lengths = state["shapes"][:, 0]
         missed = MISSED_VARIANCE * max(self._noise, LEAST_NOISE)
+        # the smaller the noise, the more a rounded expectation changes the density
+        precision = np.float32 if self._noise >= LEAST_SINGLE_NOISE else np.float64
         self._processes = []
         for length in np.unique(lengths):
             columns = np.flatnonzero(lengths == length)
             amplitudes = state["shapes"][columns, 1]
             bends = _Bends.of(points, length, missed / amplitudes.max())
-            self._processes.append(_fitted(bends, models, state["moments"], columns, amplitudes))
+            process = _fitted(bends, models, state["moments"], columns, amplitudes)
+            self._processes.append(process.rounded(precision))
 
     def predict(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and variance (N, Q) of the expectations of the moments of N models (N, P)."""
@@ -361,9 +377,8 @@ def _fitted(
             scales[:, None]
             * solve_triangular(factor, np.eye(len(factor)), lower=True, check_finite=False).T
         )
-        spreads.append((float(amplitude), columns[sharing], spread.astype(np.float32)))
-    single = bends._replace(whitening=bends.whitening.astype(np.float32))
-    return _Process(single, columns, weights.astype(np.float32), spreads)
+        spreads.append((float(amplitude), columns[sharing], spread))
+    return _Process(bends, columns, weights, spreads)
 
 
 def _precision_factor(squares: np.ndarray, scales: np.ndarray) -> np.ndarray:

@@ -135,8 +135,9 @@ def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost
 
     A canary is drawn by chance. So a solution that fails its checks, though no classifier tells it
     from the agents, is sought twice more. Of the three, those count that agree whether checks are
-    passed, and of these the one whose canary has the middle share of its range. Solutions of a
-    `lost` run depend on the trials they rest on. So several are mixed.
+    passed, and of these the one whose canary has the middle share of its range; of two the one
+    whose canary has the larger share. Solutions of a `lost` run depend on the trials they rest on.
+    So several are mixed.
     """
     if lost:
         solutions = [_solution_near(evidence, cloud, rng, share) for share in SHARES_AT_END]

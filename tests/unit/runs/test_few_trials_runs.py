@@ -13,11 +13,11 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.analysis import Verdict, mixed_interval
+from turing_learning.analysis import Judgment, Verdict, mixed_interval
 from turing_learning.config import ConfigurationError
 from turing_learning.families import BurstAndCoast, as_recorded
 from turing_learning.few_trials import Matched, SearchSpace, _loop, _readout, _search, combined
-from turing_learning.identifiability import Effort
+from turing_learning.identifiability import Effort, TwoSampleTest
 from turing_learning.runs import _loops
 from turing_learning.runs._loops import panel_examination
 from turing_learning.runs._methods import methods_text
@@ -193,7 +193,7 @@ def test_solutions_that_are_told_equally_well_are_mixed():
 
 
 @pytest.mark.parametrize(
-    ("passed", "canaries", "middle"),
+    ("passed", "canaries", "counts"),
     [
         # two of three pass: that one fails is chance, wherever its canary is
         ((False, True, True), (0.9, 0.8, 1.0), 1.0),
@@ -201,13 +201,15 @@ def test_solutions_that_are_told_equally_well_are_mixed():
         ((False, False, False), (0.5, 0.4, 0.3), 0.4),
     ],
 )
-def test_a_solution_fails_where_most_of_three_do(monkeypatch, passed, canaries, middle):
+def test_most_of_three_say_whether_a_solution_fails_and_the_middle_canary_counts_or_the_larger_of_two(
+    monkeypatch, passed, canaries, counts
+):
     sought = [solution(0.0, 1.0, *each) for each in zip(passed, canaries, strict=True)]
     rest = iter(sought)
     monkeypatch.setattr(_readout, "_solution_near", lambda *_: next(rest))
     chosen = _readout.solution(None, None, np.random.default_rng(1), lost=False)
     assert chosen.passed_checks == (sum(passed) > 1)
-    assert chosen.canary_range == middle
+    assert chosen.canary_range == counts
 
 
 def test_a_stored_run_is_opened_as_it_ended(whole):
@@ -511,8 +513,9 @@ def test_a_run_of_trials_is_checked(walked, tmp_path):
     check = result.check(effort=effort, recoveries=1, **known)
     assert check.verdicts == result.verdicts == tl.load_run(path).verdicts
     assert check.judgment.line in str(result)
-    # of 200 answers, half of them right by chance; after 60 trials models are still told a little
-    assert all(0.3 < one < 0.8 for each in check.recoveries for one in each.attainable)
+    # After 60 trials models differ, and each is told from the others more or less: with seeds 1 to 30
+    # of the run these 90 accuracies are from 0.33 to 0.85, in the median 0.56.
+    assert all(0.25 < one < 0.95 for each in check.recoveries for one in each.attainable)
     speed, inert = check.parameters
     assert speed.pinned_down
     assert inert.reasons
@@ -711,6 +714,39 @@ def test_a_wide_posterior_is_not_told_because_it_is_wide(monkeypatch):
     assert asked
     assert np.argmax(asked) == len(asked) - 1
     assert len(asked) < _loops.PANEL_EFFORT.references
+
+
+@pytest.mark.parametrize(
+    ("usual", "asked", "told"),
+    [
+        # the first, the last and none of them is told as well as the models
+        ((0.8, 0.5, 0.5, 0.5), 1, False),
+        ((0.5, 0.5, 0.5, 0.7), 4, False),
+        ((0.5, 0.51, 0.52, 0.5), 4, True),
+        # their limit is above the models, though each of them is below
+        ((0.5, 0.69, 0.5, 0.65), 4, False),
+    ],
+)
+def test_a_panel_that_asks_no_further_says_what_all_references_say(monkeypatch, usual, asked, told):
+    said = TwoSampleTest(
+        accuracy=0.7,
+        p_value=0.001,
+        critical=0.6,
+        genuine_samples=40,
+        genuine_groups=8,
+        counterfeit_samples=100,
+        counterfeit_groups=20,
+        grouping="one sample",
+    )
+    rest = iter(usual)
+    monkeypatch.setattr(_loops, "evidence_of", lambda *_: None)
+    monkeypatch.setattr(_loops, "two_sample_test", lambda *_, **__: said)
+    monkeypatch.setattr(_loops, "reference_accuracies", lambda *_, **__: rest)
+    run = SimpleNamespace(run=SimpleNamespace(seed=1))
+    source = SimpleNamespace(cheap=True, genuine=None, independent=None, generation=0)
+    of_all = Judgment(examination=replace(said, plausible=usual)).fits is False
+    assert panel_examination(run, source, None) == {"told_by_panel": of_all}
+    assert (of_all, len(usual) - len(list(rest))) == (told, asked)
 
 
 class Failing(BurstAndCoast):
