@@ -14,7 +14,6 @@ error, over the two wheels and readings, along the readings that agents have in 
 begins as in a trial, and I = 1 lasts at most a few steps.
 """
 
-import csv
 import sys
 import tomllib
 from collections.abc import Callable
@@ -111,12 +110,8 @@ def add(rates: str, hidden: int, seed: int, execute: Callable[[], Result]) -> No
         done = pd.read_csv(TABLE)[["rates", "hidden", "seed"]].itertuples(index=False, name=None)
         if (rates, hidden, seed) in set(done):
             return
-    values = row(rates, execute(), readings())
-    with TABLE.open("a", newline="") as file:
-        writer = csv.DictWriter(file, list(values), lineterminator="\n")
-        if file.tell() == 0:
-            writer.writeheader()
-        writer.writerow(values)
+    line = pd.DataFrame([row(rates, execute(), readings())])
+    line.to_csv(TABLE, mode="a", header=not TABLE.exists(), index=False)
 
 
 def add_stored(folder: Path) -> None:

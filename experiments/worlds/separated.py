@@ -9,7 +9,6 @@ those of experiments/as-printed/4.6.3. Without arguments mean errors of all four
 against both. A run takes half a minute of a processor. One that has its row is not repeated.
 """
 
-import csv
 import sys
 from pathlib import Path
 
@@ -115,18 +114,13 @@ def main(first: int, last: int, *forms: str) -> None:
     """Execute the runs that the table lacks."""
     done = set()
     if TABLE.exists():
-        with TABLE.open(newline="") as file:
-            done = {(line["form"], int(line["seed"])) for line in csv.DictReader(file)}
+        done = set(pd.read_csv(TABLE)[["form", "seed"]].itertuples(index=False, name=None))
     for seed in range(first, last + 1):
         for form in forms or FORMS:
             if (form, seed) in done:
                 continue
-            values = row(form, seed)
-            with TABLE.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(values), lineterminator="\n")
-                if file.tell() == 0:
-                    writer.writeheader()
-                writer.writerow(values)
+            line = pd.DataFrame([row(form, seed)])
+            line.to_csv(TABLE, mode="a", header=not TABLE.exists(), index=False)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -75,13 +75,13 @@ def simulate(
     :param force: Replace a file that exists.
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
+    of_animals: dict[str, Any] = {
+        "individuals": individuals,
+        "tank": tank,
+        "as_tracked": as_tracked or None,
+    }
     if scenario is None or not tl.runs.RunFolder(Path(scenario)).is_run():
-        refuse_beside(
-            "be left out for robots",
-            individuals=individuals,
-            tank=tank,
-            as_tracked=as_tracked or None,
-        )
+        refuse_beside("be left out for robots", **of_animals)
         swarm = _swarm(scenario, config, settings)
         _write_trial(swarm, _speeds(controller), robots, duration, seed, threads, out, force)
         return
@@ -93,9 +93,7 @@ def simulate(
         refuse_beside("be left out for animals", robots=robots, threads=threads)
         _write_animals(result, run, individuals, tank, as_tracked, duration, seed, out, force)
         return
-    refuse_beside(
-        "be left out for robots", individuals=individuals, tank=tank, as_tracked=as_tracked or None
-    )
+    refuse_beside("be left out for robots", **of_animals)
     # Networks, and rules of other robots, have other parameters than the table has speeds.
     reactive = len(result.estimate) == len(simulated.controller)
     rule = "be on controllers that are tables of wheel speeds"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turing_learning.trajectories import Trajectories, nearest_others
+from turing_learning.trajectories import Trajectories, nearest_others, next_true
 
 from ._family import draw
 
@@ -88,8 +88,7 @@ def _both_lost(recording: Trajectories, offset: np.ndarray, gap: np.ndarray) -> 
 def _gaps(present: np.ndarray) -> np.ndarray:
     """Return for how many frames individuals are gone after a frame (F - 1, A); -1 where they do not come back."""
     frames = len(present)
-    at = np.where(present, np.arange(frames)[:, None], frames)
-    return_frame = np.minimum.accumulate(at[::-1], axis=0)[::-1][1:]
+    return_frame = next_true(present)[1:]
     gaps = return_frame - np.arange(1, frames)[:, None]
     return np.where(return_frame == frames, -1, gaps)
 

@@ -10,6 +10,7 @@
 `compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings. `filled`, `smooth` and `wrap` are steps on the way.
 `nearest_others`            Where everybody's nearest other individual is.
+`next_true`                 When something is true next, such as that an individual is there.
 `response_maps`             How individuals respond to the nearest other and to walls: `ResponseMaps`, drawn by `response_figure`.
 `LONGEST_REST_S`            Rest at exactly one point beyond which positions stand for missing ones.
 `pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.

@@ -16,6 +16,7 @@ from ._signals import Signals as Signals
 from ._signals import compute_signals as compute_signals
 from ._signals import filled as filled
 from ._signals import nearest_others as nearest_others
+from ._signals import next_true as next_true
 from ._signals import smooth as smooth
 from ._signals import wrap as wrap
 from ._trajectories import Trajectories as Trajectories
