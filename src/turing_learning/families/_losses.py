@@ -66,9 +66,9 @@ def losses_of(recordings: Sequence[Trajectories], learned: Sequence[np.ndarray])
 
 
 def _both_lost(recording: Trajectories, offset: np.ndarray, gap: np.ndarray) -> list[bool]:
-    """Return of losses of one of two who are each other's nearest whether the other was lost meanwhile.
+    """Return for each loss of one of two, nearest to each other, whether the other was lost meanwhile.
 
-    `offset` (F, A, 2) leads to the nearest other; losses are where the gap (F - 1, A) has frames.
+    `offset` (F, A, 2) leads to the nearest other. Somebody is lost where `gap` (F - 1, A) is not 0.
     """
     positions = recording.positions
     present = recording.present
@@ -101,9 +101,8 @@ def lose(
 ) -> np.ndarray:
     """Return positions (M, F, A, 2) with NaN where a tracker would have lost somebody; each group has its own generator.
 
-    Nobody is lost in frames in which fewer than `fewest` would be left.
-
     Two who are each other's nearest are lost together, and found together, as often as recorded ones.
+    Nobody is lost in frames in which fewer than `fewest` would be left.
     """
     groups, frames, individuals, _ = positions.shape
     shape = frames, individuals
